@@ -38,7 +38,7 @@ def make_letterhead(folder):
 
 def without_pdf() -> Registry:
     """Return a registry whose certificates are JSON and HTML alone: the PDF takes seconds."""
-    return Registry([each for each in load_registry().plugins if each.record.name != "pdf"])
+    return Registry([plugin for plugin in load_registry().plugins if plugin.record.name != "pdf"])
 
 
 def request(letterhead, **changes):
@@ -58,5 +58,6 @@ def issue(run, letterhead, out, *, now=NOW, registry=None, progress=unseen, **ch
     numbers = Numbers(letterhead, f"{SPECIMEN}-{read_letterhead(letterhead, '').prefix}")
     if numbers.in_force_for(run.name):
         changes.setdefault("further_copy", "for a test")
-    wanted = request(letterhead, out=out, **changes)
-    return certify(run, wanted, registry or load_registry(), now, progress=progress)
+    certificate_request = request(letterhead, out=out, **changes)
+    registry = registry or load_registry()
+    return certify(run, certificate_request, registry, now, progress=progress)

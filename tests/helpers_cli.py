@@ -35,7 +35,7 @@ def shell(folder: Path, code: str, *programs: Path) -> subprocess.CompletedProce
     Programs of other folders come before those of this environment.
     """
     path = os.pathsep.join(map(str, (*programs, Path(sys.executable).parent, os.environ["PATH"])))
-    done = subprocess.run(
+    process = subprocess.run(
         ["bash", "-euo", "pipefail", "-c", code],
         cwd=folder,
         env=os.environ | {"PATH": path},
@@ -44,5 +44,5 @@ def shell(folder: Path, code: str, *programs: Path) -> subprocess.CompletedProce
         text=True,
         check=False,
     )
-    assert done.returncode == 0, f"{done.stdout}\n{done.stderr}"
-    return done
+    assert process.returncode == 0, f"{process.stdout}\n{process.stderr}"
+    return process

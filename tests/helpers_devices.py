@@ -1,4 +1,4 @@
-"""Devices that do what a test tells them, plans made by hand, and sinks that listen."""
+"""Devices controlled by a test, plans written by hand, and sinks that record events."""
 
 from __future__ import annotations
 
@@ -45,14 +45,14 @@ DRIVES = (
 
 
 def samples_of(channel: str, first: int, count: int) -> np.ndarray:
-    """What the fake tester measures: a ramp, different for each channel."""
+    """Return the samples of the fake tester: a ramp, different for each channel."""
     start = {"angle": 0.25, "torque": -0.01, "load": 1000.0}[channel]
     return start + 1e-6 * np.arange(first, first + count, dtype=np.float64)
 
 
 @dataclass
 class FakeTester:
-    """A tester; `before` is told each call and may raise; `blocks` may spoil what is streamed."""
+    """A tester; `before` gets each call and may raise; `spoil` may change the streamed blocks."""
 
     non_blocking: bool = True
     before: Callable[[str], None] = lambda _: None
@@ -66,43 +66,43 @@ class FakeTester:
     drives: Sequence[DriveInfo] = DRIVES
     sample_rate_hz: float = RATE_HZ
 
-    def _told(self, call: str) -> None:
+    def _record_call(self, call: str) -> None:
         self.calls.append(call)
         self.threads.add(threading.current_thread().name)
         self.before(call)
 
     def connect(self, timeout_s: float) -> Identity:  # noqa: ARG002
-        self._told("connect")
+        self._record_call("connect")
         return Identity("Fakes", "tester", "1", simulated=True)
 
     def make_safe(self) -> Mapping[str, float]:
-        self._told("make_safe")
+        self._record_call("make_safe")
         self.drives_at = dict.fromkeys(self.drives_at, 0.0)
         return {name: value + self.read_back_offset for name, value in self.drives_at.items()}
 
     def close(self) -> None:
-        self._told("close")
+        self._record_call("close")
 
     def read(self, channels: Sequence[str]) -> Mapping[str, float]:
-        self._told(f"read {','.join(channels)}")
+        self._record_call(f"read {','.join(channels)}")
         return dict.fromkeys(channels, 1000.0 + self.read_back_offset)
 
     def set(self, drive: str, value: float) -> None:
-        self._told(f"set {drive} {value:g}")
+        self._record_call(f"set {drive} {value:g}")
         self.drives_at[drive] = value
 
     def read_back(self, drive: str) -> float:
-        self._told(f"read_back {drive}")
+        self._record_call(f"read_back {drive}")
         return self.drives_at[drive] + self.read_back_offset
 
     def truth(self) -> Mapping[str, float]:
-        self._told("truth")
+        self._record_call("truth")
         return {"starting_torque_nm": 0.7262}
 
     def stream(
         self, channels: Sequence[str], duration_s: float, stop: StopToken
     ) -> Iterator[Block]:
-        self._told("stream")
+        self._record_call("stream")
         total = round(duration_s * RATE_HZ)
         blocks = [
             Block(
@@ -114,7 +114,7 @@ class FakeTester:
             for first in range(0, total, BLOCK)
         ]
         for block in self.spoil(blocks):
-            self._told("block")
+            self._record_call("block")
             yield block
             if stop.is_set():
                 return
@@ -169,7 +169,7 @@ def plan_of(setup: Sequence = SETUP, main: Sequence = MAIN, teardown: Sequence =
 
 @dataclass
 class Listener:
-    """A sink that keeps what it hears, and may raise."""
+    """A sink that records events, and may raise."""
 
     before: Callable[[Event], None] = lambda _: None
     events: list[Event] = field(default_factory=list)
@@ -183,7 +183,7 @@ class Listener:
 
 
 def measured(events: Iterable[Event]) -> MeasuredRows:
-    """The rows of a run whose events were heard."""
+    """Return the rows of a run from its events."""
     attempts = Attempts()
     for event in events:
         attempts.take(event)
@@ -224,7 +224,7 @@ def run(
 
 
 class NthCall:
-    """Raises at the nth call that it is told of (counting from 0), and only then."""
+    """Raises at the nth call (counting from 0), and only then."""
 
     def __init__(
         self,

@@ -36,13 +36,13 @@ def code_blocks(page: Path) -> list[CodeBlock]:
     text = page.read_text(encoding="utf-8")
     return [
         CodeBlock(
-            found["language"],
-            found["code"],
-            text.count("\n", 0, found.start("code")),
-            found["file"] or "",
-            found["elsewhere"] or "",
+            match["language"],
+            match["code"],
+            text.count("\n", 0, match.start("code")),
+            match["file"] or "",
+            match["elsewhere"] or "",
         )
-        for found in _BLOCK.finditer(text)
+        for match in _BLOCK.finditer(text)
     ]
 
 
@@ -52,8 +52,8 @@ def matches(expected: str, output: str) -> bool:
     '…' stands for any characters; other lines may stand between.
     """
     lines = iter(output.splitlines())
-    for wanted in expected.splitlines():
-        pattern = ".*".join(re.escape(part) for part in wanted.rstrip().split("…"))
+    for expected_line in expected.splitlines():
+        pattern = ".*".join(re.escape(part) for part in expected_line.rstrip().split("…"))
         if not any(re.fullmatch(pattern, line.rstrip()) for line in lines):
             return False
     return True

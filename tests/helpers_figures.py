@@ -34,6 +34,6 @@ def drawn():
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(FigureCanvasSVG, "print_svg", _PRINT_SVG)
         patch.setattr(panels, "paint", _PAINT)
-        others = (each for each in path if each != str(BLANK_FIGURES))
-        patch.setenv("PYTHONPATH", os.pathsep.join(others))
+        folders = (folder for folder in path if folder != str(BLANK_FIGURES))
+        patch.setenv("PYTHONPATH", os.pathsep.join(folders))
         yield

@@ -36,12 +36,12 @@ class LimitOfHardness(Settings):
     def __str__(self):
         return f"hardness {self.scale}"
 
-    def objection(self, found):
-        return "" if found == Hardness(self.scale) else f"it is {found}, not {self}"
+    def objection(self, measurand):
+        return "" if measurand == Hardness(self.scale) else f"it is {measurand}, not {self}"
 
     def as_written(self):
-        written = {"scale": self.scale}
-        return written if self.load is None else written | {"load": f"{self.load!r} N"}
+        fields = {"scale": self.scale}
+        return fields if self.load is None else fields | {"load": f"{self.load!r} N"}
 
     def document(self):
         return {"scale": self.scale, "text": str(self)}
@@ -59,17 +59,17 @@ class LimitOfColour(Settings):
 
 def analysis(name="hardness", model=LimitOfHardness, settings=NoSettings):
     """Return an analysis of one result, which has its name and is of scale C."""
-    made = ResultDefinition(name=name, unit="1", measurand=Hardness("HRC"))
+    definition = ResultDefinition(name=name, unit="1", measurand=Hardness("HRC"))
     return AnalysisRecord(
         name=name,
         help="Made up.",
         settings=settings,
         factory=lambda _: None,
-        yields=lambda _: (made,),
+        yields=lambda _: (definition,),
         limit_measurand=model,
     )
 
 
 def kinds(*analyses):
     """Return the installed kinds of steps, and those analyses alone."""
-    return Kinds(installed_kinds().steps, {each.name: each for each in analyses})
+    return Kinds(installed_kinds().steps, {record.name: record for record in analyses})

@@ -98,16 +98,16 @@ def recordings(
 ) -> tuple[Recording, ...]:
     """Return one recording per frequency; 30 cycles (10 up to 3 Hz) unless told otherwise."""
     errors = draw_constant_errors(parameters.sensors, rig_source(seed))
-    elapsed_s, made = 60.0, []
+    elapsed_s, finished = 60.0, []
     for frequency in frequencies:
         count = cycles or (10 if frequency <= SLOW_HZ else 30)
         rng = noise_source(seed, RigState(frequency, load_n), 0)
         angle, torque = simulate(
             parameters, frequency, load_n, count, rng, errors=errors, elapsed_s=elapsed_s
         )
-        made.append(_recording(parameters, frequency, load_n, angle, torque))
+        finished.append(_recording(parameters, frequency, load_n, angle, torque))
         elapsed_s += (count + 5) / frequency
-    return tuple(made)
+    return tuple(finished)
 
 
 def run_data(

@@ -45,11 +45,11 @@ def procedure_file(folder, name, *changes):
     return _written(folder, name, changes)
 
 
-def run(procedure, runs, *, station=None, tare=None, **known):
+def run(procedure, runs, *, station=None, tare=None, **options):
     """Plan and execute one procedure on the tester, unattended; return the FinishedRun."""
     partners = {} if tare is None else {"tare": str(tare)}
     station = station or STATION
-    return helpers_workflow.run(procedure, runs, station=station, partners=partners, **known)
+    return helpers_workflow.run(procedure, runs, station=station, partners=partners, **options)
 
 
 def both(folder):

@@ -13,8 +13,8 @@ if TYPE_CHECKING:
 
 def first(count: int, cases: Sequence[object]) -> list[object]:
     """Return the cases as parameters: all but the first ones are thorough."""
-    rest = (pytest.param(each, marks=pytest.mark.thorough) for each in cases[count:])
-    return [*cases[:count], *rest]
+    thorough = (pytest.param(case, marks=pytest.mark.thorough) for case in cases[count:])
+    return [*cases[:count], *thorough]
 
 
 ALL_EXAMPLES, FEWER_EXAMPLES = "all examples", "fewer examples"

@@ -26,8 +26,10 @@ def registry():
 
     A plugin that defines a unit defines it for its test alone: it is loaded each time.
     """
-    found = _registry((*sys.path,))
-    return load_registry() if any(each.kind == "unit" for each in found.plugins) else found
+    installed = _registry((*sys.path,))
+    return (
+        load_registry() if any(plugin.kind == "unit" for plugin in installed.plugins) else installed
+    )
 
 
 @lru_cache

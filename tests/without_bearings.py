@@ -49,7 +49,7 @@ LEFT_OUT = {
         "unit/rigrunner_panel/test_procedures.py",
         "unit/rigrunner_panel/test_studying.py::test_runs_are_laid_over_each_other_with_their_u",
         "unit/rigrunner_panel/test_watched.py",
-        "unit/rigrunner_plugins/devices/test_composite.py::test_the_stations_of_the_manual_are_taken",
+        "unit/rigrunner_plugins/devices/test_composite.py::test_stations_of_the_manual_are_valid",
         "unit/rigrunner_plugins/devices/test_fault.py",
         "unit/rigrunner_reports",
         "unit/rigrunner_testing/test_brought.py",

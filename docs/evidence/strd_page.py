@@ -48,17 +48,17 @@ MEANT = {"linear": 15, "nonlinear": 11}
 """Digits that are certified."""
 HEAD = """# Digits of the fits
 
-How many digits of the estimates and of their standard deviations agree with those that NIST
-certifies in its [Statistical Reference Datasets](https://www.itl.nist.gov/div898/strd/): the log
-relative error -log10(|found - certified|/|certified|), the least over all parameters. Of linear
-sets 15 digits are certified, of nonlinear ones 11; more are not counted. Made by
+Number of digits of the estimates and their standard deviations that agree with the certified values
+of NIST's [Statistical Reference Datasets](https://www.itl.nist.gov/div898/strd/): the log
+relative error -log10(|found - certified|/|certified|), the minimum over all parameters. NIST
+certifies 15 digits for linear sets and 11 for nonlinear ones; more are not counted. Made by
 
 ```sh
 python docs/evidence/strd_page.py docs/evidence
 ```
 <!-- run by the test of the digits -->
 
-on a machine whose extended precision has 64 bits of mantissa. With less there are fewer digits.
+on a machine whose extended precision has 64 bits of mantissa. Less precision gives fewer digits.
 """
 LINEAR_HEAD = """
 ## Linear
@@ -70,7 +70,7 @@ The estimates of Wampler1 and 2 have no standard deviation: the data lie on the 
 
 ## Nonlinear
 
-The fit is `expression`, with the model as the file has it, from both starts that NIST gives: start
+The fit is `expression`, with the model of the file, from both starts given by NIST: start
 1 is far from the solution, start 2 near. Digits of the estimates / of the standard deviations:
 
 | data set | start 1 | start 2 | model |
@@ -78,9 +78,8 @@ The fit is `expression`, with the model as the file has it, from both starts tha
 END = """
 {failed}
 
-The residuals of Lanczos1 are no larger than 10⁻¹³, and points are given in double precision, which
-rounds its data at 10⁻¹⁶: the standard deviations, which come from the residuals, have no more
-digits than that leaves.
+The residuals of Lanczos1 are no larger than 10⁻¹³, and double precision rounds its data at 10⁻¹⁶.
+This limits the digits of the standard deviations, which come from the residuals.
 """
 
 

@@ -6,6 +6,7 @@ import re
 from collections import Counter
 from dataclasses import replace
 from importlib import import_module
+from itertools import chain
 from math import isclose, isnan
 from typing import TYPE_CHECKING, Any
 
@@ -31,7 +32,7 @@ from rigrunner_testing.check import (
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator
 
-    from rigrunner.api.analysis import NeededChannel, Requirements
+    from rigrunner.api.analysis import Requirements
     from rigrunner.api.findings import Findings, ResultDefinition
     from rigrunner_testing.subjects import Subject
 
@@ -56,15 +57,17 @@ MOST_TRIED = 3
 @check(fix="give `yields` one ResultDefinition for each result, with a name and a unit")
 def says_what_it_yields(subject: Subject) -> None:
     """Its settings alone tell which results it names, each with a unit."""
-    named = _definitions(subject)
-    demand(named, "it yields no result")
-    for each in named:
-        demand(re.fullmatch(NAME, each.name), f"'{each.name}' is not a name for a result")
+    definitions = _definitions(subject)
+    demand(definitions, "it yields no result")
+    for definition in definitions:
+        name = definition.name
+        demand(re.fullmatch(NAME, name), f"'{name}' is not a name for a result")
         try:
-            unit(each.unit)
+            unit(definition.unit)
         except QuantityError as error:
-            raise Nonconformity(f"the result '{each.name}': {error.message}") from error
-    twice = [name for name, count in Counter(each.name for each in named).items() if count > 1]
+            raise Nonconformity(f"the result '{name}': {error.message}") from error
+    counts = Counter(definition.name for definition in definitions)
+    twice = [name for name, count in counts.items() if count > 1]
     demand(not twice, f"it yields {', '.join(twice)} twice")
 
 
@@ -74,13 +77,13 @@ def says_what_it_yields(subject: Subject) -> None:
 )
 def limits_can_say_which_result(subject: Subject) -> None:
     """Where its results say which quantity they are, limits can say so by a key `measurand`."""
-    if not any(each.measurand for each in _definitions(subject)):
+    if not any(definition.measurand for definition in _definitions(subject)):
         raise NotApplicable("its results have no measurand")
     model = _record(subject).limit_measurand_model
     if model is None:
         raise Nonconformity("its results have a measurand, but limits cannot state one")
-    lacking = [name for name in _OF_A_LIMIT if not callable(getattr(model, name, None))]
-    demand(not lacking, f"the model of the key `measurand` has no {' and no '.join(lacking)}")
+    missing = [name for name in _OF_A_LIMIT if not callable(getattr(model, name, None))]
+    demand(not missing, f"the model of the key `measurand` has no {' and no '.join(missing)}")
 
 
 @check(fix="let `requires` give Requirements: a NeededChannel for each channel, as 'role.name'")
@@ -90,11 +93,11 @@ def says_what_it_requires(subject: Subject) -> None:
     if _record(subject).trial_run:
         raise NotApplicable("it finds its channels by their units")
     demand(needs.channels or needs.results, "it requires neither a channel nor a result")
-    for each in needs.channels:
-        if each.or_coordinate:
+    for channel in needs.channels:
+        if channel.or_coordinate:
             continue
         try:
-            Member.parse(each.name)
+            Member.parse(channel.name)
         except ValueError as error:
             raise Nonconformity(str(error)) from error
 
@@ -105,50 +108,50 @@ def says_what_it_requires(subject: Subject) -> None:
 )
 def gives_what_it_yields(subject: Subject) -> None:
     """From a generated run it gives each declared result, in its unit, with its uncertainty."""
-    found = _found(subject, _run(subject))
-    given = {each.name for each in found.results}
-    due = {each.name for each in _definitions(subject)}
-    demand(given == due, f"it gave {sorted(given)}, and yields {sorted(due)}")
+    findings = _findings(subject, _run(subject))
+    names = {result.name for result in findings.results}
+    declared = {definition.name for definition in _definitions(subject)}
+    demand(names == declared, f"it gave {sorted(names)}, and yields {sorted(declared)}")
 
 
 @check(fix="raise DataError with what is missing", needs=("gives_what_it_yields",))
 def refuses_a_run_that_lacks_a_channel(subject: Subject) -> None:
     """A run without a required channel is refused with a DataError."""
-    if not _needed(subject):
+    if not _needs(subject).channels:
         raise NotApplicable("it requires no channel by its name")
-    for each in _needed(subject):
+    for channel in _needs(subject).channels:
         try:
-            _made(subject)(_run(subject, without=each.name))
+            _analysis(subject)(_run(subject, without=channel.name))
         except DataError:
             continue
         except Exception as error:
-            what = f"{type(error).__name__} without {each.name}, expected DataError"
+            what = f"{type(error).__name__} without {channel.name}, expected DataError"
             raise Nonconformity(f"it raises {what}") from error
-        raise Nonconformity(f"it gives a result without {each.name}")
+        raise Nonconformity(f"it gives a result without {channel.name}")
 
 
 @check(fix="raise DataError with what is missing", needs=("gives_what_it_yields",))
 def refuses_a_partner_run_that_lacks_a_channel(subject: Subject) -> None:
     """A partner run without a required channel is refused with a DataError."""
-    if not any(each.channels for each in _needs(subject).partners):
+    if not any(partner.channels for partner in _needs(subject).partners):
         raise NotApplicable("it requires no channel of a partner run")
     for partner in _needs(subject).partners:
-        for each in partner.channels:
-            run = _run(subject, without=each.name, of=partner.name)
+        for channel in partner.channels:
+            run = _run(subject, without=channel.name, of=partner.name)
             try:
-                _made(subject)(run)
+                _analysis(subject)(run)
             except DataError:
                 continue
             except Exception as error:
-                what = f"{type(error).__name__} without {each.name} in the {partner.words}"
+                what = f"{type(error).__name__} without {channel.name} in the {partner.words}"
                 raise Nonconformity(f"it raises {what}, expected DataError") from error
-            raise Nonconformity(f"it gives a result without {each.name} in the {partner.words}")
+            raise Nonconformity(f"it gives a result without {channel.name} in the {partner.words}")
 
 
 @check(fix="keep no state between two calls, and change no array", needs=("gives_what_it_yields",))
 def is_pure(subject: Subject) -> None:
     """Called twice it gives the same, also after a call with other data."""
-    analysis, run = _made(subject), _run(subject)
+    analysis, run = _analysis(subject), _run(subject)
     first = _numbers(analysis(run))
     analysis(_run(subject, seed=2))
     demand(_numbers(analysis(run)) == first, "it returns different numbers when it is called again")
@@ -157,10 +160,11 @@ def is_pure(subject: Subject) -> None:
 @check(fix="use the register: see `RunData.reading_errors`", needs=("is_pure",))
 def a_worse_instrument_is_no_surer(subject: Subject) -> None:
     """With error limits ten times as wide, no result has a smaller uncertainty."""
-    good, bad = (_found(subject, _run(subject, widen=w)).results for w in (1.0, 10.0))
-    for one, other in zip(good, bad, strict=True):
-        surer = other.estimate.u < one.estimate.u * (1 - 1e-9)
-        demand(not surer, f"'{one.name}': u falls from {one.estimate.u:g} to {other.estimate.u:g}")
+    good, bad = (_findings(subject, _run(subject, widen=factor)).results for factor in (1.0, 10.0))
+    for result, other in zip(good, bad, strict=True):
+        u, other_u = result.estimate.u, other.estimate.u
+        smaller = other_u < u * (1 - 1e-9)
+        demand(not smaller, f"'{result.name}': u falls from {u:g} to {other_u:g}")
 
 
 @check(fix="sort by time or by place, not by the order in which it is given", needs=("is_pure",))
@@ -168,20 +172,21 @@ def the_order_of_recordings_means_nothing(subject: Subject) -> None:
     """The order of the recordings, or rows, does not change the results."""
     for run in _runs(subject):
         recordings, rows = run.recordings[::-1], run.measurements[::-1]
-        turned = replace(run, recordings=recordings, measurements=rows)
-        _same(_found(subject, run), _found(subject, turned), "in another order")
+        reversed_run = replace(run, recordings=recordings, measurements=rows)
+        _check_same(_findings(subject, run), _findings(subject, reversed_run), "in another order")
 
 
 @check(fix="use differences of times alone", needs=("is_pure",))
 def a_shift_of_time_means_nothing(subject: Subject) -> None:
     """The same rows or recordings a day later give the same results."""
     run = _run(subject)
-    rows = tuple(replace(e, utc=_a_day_later(e.utc)) for e in run.measurements)
+    rows = tuple(replace(row, utc=_a_day_later(row.utc)) for row in run.measurements)
     recordings = tuple(
-        replace(each, started_utc=_a_day_later(each.started_utc)) for each in run.recordings
+        replace(recording, started_utc=_a_day_later(recording.started_utc))
+        for recording in run.recordings
     )
     shifted = replace(run, measurements=rows, recordings=recordings)
-    _same(_found(subject, run), _found(subject, shifted), "a day later")
+    _check_same(_findings(subject, run), _findings(subject, shifted), "a day later")
 
 
 @check(
@@ -194,16 +199,16 @@ def covers_the_truth(subject: Subject) -> None:
     The true value is its result for the same run without noise and errors. 95 % should be covered;
     fewer than 32 of 40 runs happen once in 10 000 (binomial).
     """
-    ideal = _found(subject, _run(subject, ideal=True))
-    truth = {(each.name, each.place): each.estimate for each in ideal.results}
+    ideal = _findings(subject, _run(subject, ideal=True))
+    truth = {(result.name, result.place): result.estimate for result in ideal.results}
     missed: Counter[str] = Counter()
     for seed in range(TRIALS):
-        for each in _found(subject, _run(subject, seed=seed, off=True)).results[:MOST_TRIED]:
-            reach = expanded(each.estimate)
+        for result in _findings(subject, _run(subject, seed=seed, off=True)).results[:MOST_TRIED]:
+            reach = expanded(result.estimate)
             if isnan(reach):  # its uncertainty is not known, and so covers nothing
                 continue
-            true = truth[each.name, each.place].value
-            missed[f"{each.name} {each.place}"] += abs(each.estimate.value - true) > reach
+            error = abs(result.estimate.value - truth[result.name, result.place].value)
+            missed[f"{result.name} {result.place}"] += error > reach
     applies(missed, "it states no uncertainty")
     for name, count in missed.items():
         demand(count <= MOST_MISSED, f"U of {name} misses the truth in {count} of {TRIALS} runs")
@@ -216,38 +221,40 @@ def live_shows_what_it_finds(subject: Subject) -> None:
     if record.live is None:
         raise NotApplicable("it shows nothing live")
     run = _run(subject, recorded=True)
-    stored = {(e.name, e.place): e.estimate.value for e in _found(subject, run).results}
+    results = _findings(subject, run).results
+    stored = {(result.name, result.place): result.estimate.value for result in results}
     for samples in (1, 7, SAMPLES):
         fold = record.live(subject.registry.validated(subject.kind, subject.name, subject.settings))
         for recording in run.recordings:
             empty = dict.fromkeys(recording.channels, np.empty(0))
             fold.begin(replace(recording, channels=empty), replace(run, recordings=()))
             for first in range(0, SAMPLES, samples):
-                cut = {name: each[first : first + samples] for name, each in
+                cut = {name: values[first : first + samples] for name, values in
                        recording.arrays().items()}  # fmt: skip
                 fold.take(Block(recording.rate_hz, first, first / recording.rate_hz, cut))
-        for each in fold.findings().results:
-            due = stored.get((each.name, each.place))
-            if due is None:
-                raise Nonconformity(f"it shows '{each.name}' at {each.place}, and finds none there")
-            close = isclose(each.estimate.value, due, rel_tol=1e-6)
-            demand(close, f"'{each.name}': live {each.estimate.value:g}, found {due:g}")
+        for result in fold.findings().results:
+            name, value = result.name, result.estimate.value
+            final = stored.get((name, result.place))
+            if final is None:
+                raise Nonconformity(f"it shows '{name}' at {result.place}, and finds none there")
+            is_close = isclose(value, final, rel_tol=1e-6)
+            demand(is_close, f"'{name}': live {value:g}, found {final:g}")
 
 
 def _a_day_later(utc: str) -> str:
     return utc.replace(START[:10], LATER)
 
 
-def _same(one: Findings, other: Findings, when: str) -> None:
-    known = {(each.name, each.place): each.estimate for each in other.results}
-    for each in one.results:
-        again = known.get((each.name, each.place))
-        if again is None:
-            raise Nonconformity(f"'{each.name}' at {each.place} is missing {when}")
+def _check_same(findings: Findings, changed: Findings, when: str) -> None:
+    estimates = {(result.name, result.place): result.estimate for result in changed.results}
+    for result in findings.results:
+        estimate = estimates.get((result.name, result.place))
+        if estimate is None:
+            raise Nonconformity(f"'{result.name}' at {result.place} is missing {when}")
         for what in ("value", "u"):
-            first, second = getattr(each.estimate, what), getattr(again, what)
-            alike = isclose(first, second, rel_tol=1e-6) or (isnan(first) and isnan(second))
-            demand(alike, f"'{each.name}': {what} is {first:g}, and {second:g} {when}")
+            first, second = getattr(result.estimate, what), getattr(estimate, what)
+            is_same = isclose(first, second, rel_tol=1e-6) or (isnan(first) and isnan(second))
+            demand(is_same, f"'{result.name}': {what} is {first:g}, and {second:g} {when}")
 
 
 def _record(subject: Subject) -> AnalysisRecord:
@@ -262,29 +269,25 @@ def _needs(subject: Subject) -> Requirements:
     return subject.registry.requires(subject.kind, subject.name, subject.settings)
 
 
-def _needed(subject: Subject) -> tuple[NeededChannel, ...]:
-    return _needs(subject).channels
-
-
-def _made(subject: Subject) -> Any:
-    """Return the analysis as a run has it, with checks of what it gives."""
+def _analysis(subject: Subject) -> Any:
+    """Return the analysis as a run uses it, with checks of its output."""
     return Scrutiny(subject.registry).make(subject.kind, subject.name, subject.settings)
 
 
-def _found(subject: Subject, run: RunData) -> Findings:
+def _findings(subject: Subject, run: RunData) -> Findings:
     if _needs(subject).results:
         raise NotApplicable(
             "it needs results of other analyses, but the kit generates only channels"
         )
     try:
-        found: Findings = _made(subject)(run)
+        findings: Findings = _analysis(subject)(run)
     except (PluginError, DataError) as error:
         raise Nonconformity(error.message) from error
-    return found
+    return findings
 
 
-def _numbers(found: Findings) -> list[tuple[str, str, float, float]]:
-    return [(e.name, e.place, e.estimate.value, e.estimate.u) for e in found.results]
+def _numbers(findings: Findings) -> list[tuple[str, str, float, float]]:
+    return [(r.name, r.place, r.estimate.value, r.estimate.u) for r in findings.results]
 
 
 def _in_recordings(run: RunData, rate_hz: float, rng: np.random.Generator, noise: float) -> RunData:
@@ -312,7 +315,7 @@ def _runs(subject: Subject) -> Iterator[RunData]:
         return
     recorded = _run(subject, recorded=True)
     try:
-        _found(subject, recorded)
+        _findings(subject, recorded)
     except Nonconformity:
         return
     yield recorded
@@ -336,36 +339,38 @@ def _run(
     instrument has an error within its limits, the same in all rows. `recorded`: recordings in place
     of rows, for an analysis that needs cycles or a rate.
     """
-    if place := _record(subject).trial_run:
+    if trial_run := _record(subject).trial_run:
         if without or widen != 1.0 or ideal or off or recorded:
             raise NotApplicable("it is checked on a run of its own, not on generated values")
-        module, _, name = place.partition(":")
-        own_run: RunData = getattr(import_module(module), name)(seed)
-        return own_run
+        module, _, name = trial_run.partition(":")
+        record_run: RunData = getattr(import_module(module), name)(seed)
+        return record_run
     needs = _needs(subject)
     rng, units = np.random.default_rng(seed), dict(_record(subject).trial_units)
-    asked = {each.name: [one.name for one in each.channels] for each in needs.partners}
-    own = [each.name for each in _needed(subject)]
-    names = list(dict.fromkeys([*own, *(name for each in asked.values() for name in each)]))
+    partner_channels = {
+        partner.name: [channel.name for channel in partner.channels] for partner in needs.partners
+    }
+    channels = [channel.name for channel in needs.channels]
+    names = list(dict.fromkeys(chain(channels, *partner_channels.values())))
     missing = [name for name in names if name not in units]
     if missing:
         raise Nonconformity(
             f"nothing says in which unit {missing[0]} is",
             fix="give the record `trial_units`: the SI unit of each channel of its `trial`",
         )
-    limit = {name: 0.1 if units[name] == "K" else 0.001 * FULL_SCALE for name in names}
-    error = {name: rng.uniform(-limit[name], limit[name]) if off else 0.0 for name in names}
-    places = [name for each in _definitions(subject) for name in each.per]
+    limits = {name: 0.1 if units[name] == "K" else 0.001 * FULL_SCALE for name in names}
+    errors = {name: rng.uniform(-limits[name], limits[name]) if off else 0.0 for name in names}
+    places = [name for definition in _definitions(subject) for name in definition.per]
 
     def rows(channels: Iterable[str], share: float, left_out: str) -> tuple[Measurement, ...]:
         return tuple(
             Measurement(
                 "made_up",
-                START.format(second=ROWS * place + each),
+                START.format(second=ROWS * place + number),
                 {name: float(place) for name in places},
                 {
                     name: share * (10.0 + place)
-                    + error[name]
+                    + errors[name]
                     + (0.0 if ideal else rng.normal(0, NOISE))
                     for name in channels
                     if name != left_out
@@ -373,7 +378,7 @@ def _run(
                 units | dict.fromkeys(places, "1"),
             )
             for place in range(PLACES)
-            for each in range(ROWS)
+            for number in range(ROWS)
         )
 
     instruments = [
@@ -399,10 +404,10 @@ def _run(
         ended_utc=START.format(second=59),
         outcome="completed",
         inputs={},
-        instruments={each.channel: each for each in instruments},
+        instruments={instrument.channel: instrument for instrument in instruments},
         zeros={},
         recordings=(),
-        measurements=rows(own, 1.0, "" if of else without),
+        measurements=rows(channels, 1.0, "" if of else without),
     )
     partners = {
         name: replace(
@@ -410,13 +415,13 @@ def _run(
             run_id=f"made up, {name}",
             measurements=rows(channels, 0.5, without if of == name else ""),
         )
-        for name, channels in asked.items()
+        for name, channels in partner_channels.items()
     }
     if recorded or needs.rate_hz or needs.cycles:
         rate_hz, noise = max(RATE_HZ, needs.rate_hz), 0.0 if ideal else NOISE
         run = _in_recordings(run, rate_hz, rng, noise)
         partners = {
-            name: _in_recordings(each, rate_hz, rng, noise) for name, each in partners.items()
+            name: _in_recordings(partner, rate_hz, rng, noise) for name, partner in partners.items()
         }
     return replace(run, partners=partners)
 

@@ -26,9 +26,9 @@ class Conformance(Protocol):
 
 def conformance(registry: Registry, kind: str) -> Conformance | None:
     """Return the module with the checks of a kind that a plugin brings, or None."""
-    for each in registry.kinds:
-        if each.name == kind and each.conformance:
-            return cast("Conformance", import_module(each.conformance))
+    for record in registry.kinds:
+        if record.name == kind and record.conformance:
+            return cast("Conformance", import_module(record.conformance))
     return None
 
 
@@ -45,13 +45,13 @@ def brings_checks(subject: Subject) -> None:
     record = subject.record_as(KindRecord)
     applies(record.conformance, "its plugins have no checks of their own")
     try:
-        found = cast("Conformance", import_module(record.conformance))
-        checks, kind = tuple(found.CHECKS), found.SUBJECT
+        module = cast("Conformance", import_module(record.conformance))
+        checks, kind = tuple(module.CHECKS), module.SUBJECT
     except Exception as error:
         raise Nonconformity(f"'{record.conformance}': {type(error).__name__}: {error}") from error
     demand(checks, f"the CHECKS of '{record.conformance}' are empty")
-    wrong = [each for each in checks if not isinstance(each, Check) or not each.fix]
-    demand(not wrong, f"among its CHECKS are {wrong[:1]}, expected checks, each with its fix")
+    invalid = [entry for entry in checks if not isinstance(entry, Check) or not entry.fix]
+    demand(not invalid, f"among its CHECKS are {invalid[:1]}, expected checks, each with its fix")
     demand(issubclass(kind, Subject), f"its SUBJECT is {kind!r}, which is not a Subject")
 
 

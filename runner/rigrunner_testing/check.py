@@ -84,11 +84,11 @@ def check(
 ) -> Callable[[Callable[[SubjectT], None]], Check[SubjectT]]:
     """Make a check of a function: its name is the check's, its docstring the requirement."""
 
-    def made(work: Callable[[SubjectT], None]) -> Check[SubjectT]:
+    def decorate(work: Callable[[SubjectT], None]) -> Check[SubjectT]:
         holds = " ".join((work.__doc__ or "").split())
         return Check(work.__name__, holds, fix, work, moves, needs, always)
 
-    return made
+    return decorate
 
 
 def demand(holds: object, otherwise: str, *, fix: str = "") -> None:

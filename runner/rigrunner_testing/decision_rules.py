@@ -67,10 +67,11 @@ def passes_the_good_and_fails_the_bad(subject: Subject) -> None:
     """A value far within its limits passes, and one far outside fails."""
     for limits in LIMITS:
         good, bad = _values(limits)[[-1, 0]]
-        for value, due in ((good, Verdict.PASS), (bad, Verdict.FAIL)):
-            found, _ = _rule(subject).verdict(limits, Estimate(value, U))
+        for value, expected in ((good, Verdict.PASS), (bad, Verdict.FAIL)):
+            verdict, _ = _rule(subject).verdict(limits, Estimate(value, U))
             demand(
-                found is due, f"{value:g} with u = {U:g} and {limits} gets '{found}', not '{due}'"
+                verdict is expected,
+                f"{value:g} with u = {U:g} and {limits} gets '{verdict}', not '{expected}'",
             )
 
 
@@ -82,15 +83,15 @@ def farther_within_is_no_worse(subject: Subject) -> None:
     """A value further within its limits never gets a worse verdict."""
     rule = _rule(subject)
     for limits in (*LIMITS, NARROW):
-        before = 0
+        last = 0
         for value in _values(limits):
-            found, _ = rule.verdict(limits, Estimate(value, U))
-            rank = WORST_FIRST.index(found)
+            verdict, _ = rule.verdict(limits, Estimate(value, U))
+            rank = WORST_FIRST.index(verdict)
             demand(
-                rank >= before,
-                f"{value:g} gets '{found}' with {limits}, and '{WORST_FIRST[before]}' farther out",
+                rank >= last,
+                f"{value:g} gets '{verdict}' with {limits}, and '{WORST_FIRST[last]}' farther out",
             )
-            before = rank
+            last = rank
 
 
 @check(fix="treat lower and upper limit in the same way", needs=("gives_zones",))
@@ -98,13 +99,13 @@ def lower_and_upper_limit_are_alike(subject: Subject) -> None:
     """Mirrored, value and limits get the same verdict."""
     rule = _rule(subject)
     for limits in (*LIMITS, NARROW):
-        mirrored = Limits(-limits.upper, -limits.lower)
+        mirror = Limits(-limits.upper, -limits.lower)
         for value in _values(limits):
-            found, _ = rule.verdict(limits, Estimate(value, U))
-            again, _ = rule.verdict(mirrored, Estimate(-value, U))
+            verdict, _ = rule.verdict(limits, Estimate(value, U))
+            other, _ = rule.verdict(mirror, Estimate(-value, U))
             demand(
-                found is again,
-                f"{value:g} with {limits} gets '{found}', and {-value:g} with {mirrored} '{again}'",
+                verdict is other,
+                f"{value:g} with {limits} gets '{verdict}', and {-value:g} with {mirror} '{other}'",
             )
 
 
@@ -115,9 +116,9 @@ def the_unit_does_not_matter(subject: Subject) -> None:
     for limits in LIMITS:
         milli = Limits(1000 * limits.lower, 1000 * limits.upper, "mN·m")
         for value in _values(limits) + STEP / 3:  # beside the edges: of these, rounding decides
-            found, _ = rule.verdict(limits, Estimate(value, U))
-            again, _ = rule.verdict(milli, Estimate(1000 * value, 1000 * U, unit="mN·m"))
-            demand(found is again, f"{value:g} N·m gets '{found}', in mN·m '{again}'")
+            verdict, _ = rule.verdict(limits, Estimate(value, U))
+            other, _ = rule.verdict(milli, Estimate(1000 * value, 1000 * U, unit="mN·m"))
+            demand(verdict is other, f"{value:g} N·m gets '{verdict}', in mN·m '{other}'")
 
 
 @check(
@@ -131,9 +132,9 @@ def passes_nothing_outside_the_limits(subject: Subject) -> None:
     rule = _rule(subject)
     for limits in (*LIMITS, NARROW):
         for value in _values(limits):
-            found, _ = rule.verdict(limits, Estimate(value, U))
+            verdict, _ = rule.verdict(limits, Estimate(value, U))
             outside = limits.margin(value) < -ROUNDING * U
-            demand(not (outside and found is Verdict.PASS), f"{value:g} passes {limits}")
+            demand(not (outside and verdict is Verdict.PASS), f"{value:g} passes {limits}")
 
 
 @check(fix="let no margin within the limits fall with the uncertainty", needs=("gives_zones",))
@@ -144,11 +145,12 @@ def less_certain_is_no_better(subject: Subject) -> None:
         for value in _values(limits):
             if limits.margin(value) < 0:
                 continue
-            sure, _ = rule.verdict(limits, Estimate(value, U))
-            unsure, _ = rule.verdict(limits, Estimate(value, 2 * U))
-            better = WORST_FIRST.index(unsure) > WORST_FIRST.index(sure)
+            verdict, _ = rule.verdict(limits, Estimate(value, U))
+            doubtful, _ = rule.verdict(limits, Estimate(value, 2 * U))
+            is_better = WORST_FIRST.index(doubtful) > WORST_FIRST.index(verdict)
             demand(
-                not better, f"{value:g} with {limits}: '{sure}', and '{unsure}' with twice the u"
+                not is_better,
+                f"{value:g} with {limits}: '{verdict}', and '{doubtful}' with twice the u",
             )
 
 
@@ -161,25 +163,25 @@ def stated_risks_are_those_of_its_verdicts(subject: Subject) -> None:
     rule = _rule(subject)
     for dof in (inf, FEW):
         rng = np.random.default_rng(1)
-        drawn = rng.standard_normal(DRAWS) if isinf(dof) else rng.standard_t(dof, DRAWS)
-        errors = np.sort(U * drawn)
+        draws = rng.standard_normal(DRAWS) if isinf(dof) else rng.standard_t(dof, DRAWS)
+        errors = np.sort(U * draws)
         for limits in (*LIMITS, NARROW):
             passed: list[float] = []
             failed: list[float] = []
             for value in _values(limits, FINE):
-                found, _ = rule.verdict(limits, Estimate(value, U, dof))
-                if found in {Verdict.PASS, Verdict.FAIL}:
+                verdict, _ = rule.verdict(limits, Estimate(value, U, dof))
+                if verdict in {Verdict.PASS, Verdict.FAIL}:
                     # The share of the errors with which the true value is within the limits.
                     ends = np.searchsorted(errors, [limits.lower - value, limits.upper - value])
                     conforming = float(ends[1] - ends[0]) / DRAWS
-                    (passed if found is Verdict.PASS else failed).append(conforming)
+                    (passed if verdict is Verdict.PASS else failed).append(conforming)
             counted = 1 - min(passed) if passed else None
             estimate = Estimate(0.0, U, dof)
-            _same("pass", counted, rule.false_accept_risk(limits, estimate), limits)
-            _same("fail", max(failed), rule.false_reject_risk(limits, estimate), limits)
+            _check_risk("pass", counted, rule.false_accept_risk(limits, estimate), limits)
+            _check_risk("fail", max(failed), rule.false_reject_risk(limits, estimate), limits)
 
 
-def _same(what: str, counted: float | None, stated: float, limits: Limits) -> None:
+def _check_risk(what: str, counted: float | None, stated: float, limits: Limits) -> None:
     if counted is None:
         demand(isnan(stated), f"nothing can pass {limits}, and the stated risk is {stated:.3f}")
         return
@@ -191,8 +193,8 @@ def _same(what: str, counted: float | None, stated: float, limits: Limits) -> No
 
 def _rule(subject: Subject) -> AppliedRule:
     """Return the rule as the analysis applies it."""
-    made = Scrutiny(subject.registry).make(subject.kind, subject.name, subject.settings)
-    return AppliedRule(subject.name, made)
+    rule = Scrutiny(subject.registry).make(subject.kind, subject.name, subject.settings)
+    return AppliedRule(subject.name, rule)
 
 
 def _values(limits: Limits, step: float = STEP) -> Array:

@@ -33,10 +33,10 @@ def examine(
     one that fails in the same way.
     """
     causes: dict[str, str] = {}  # by check that failed or was not judged, the one that failed first
-    failures: dict[str, str] = {}  # by what was found, the check that found it first
+    failures: dict[str, str] = {}  # by text of the failure, the check that failed first
     for check in checks:
         always = check.always and not subject.simulated
-        cause = next((causes[each] for each in check.needs if each in causes), "")
+        cause = next((causes[needed] for needed in check.needs if needed in causes), "")
         if cause and not always:
             causes[check.name] = cause
             yield Finding(check, State.NOT_JUDGED, f"it needs what '{cause}' demands")
@@ -46,8 +46,8 @@ def examine(
             cause = failures.setdefault(finding.text, check.name)
             causes[check.name] = cause
             if cause != check.name and not always:
-                same = f"it fails as '{cause}' does"
-                finding = replace(finding, state=State.NOT_JUDGED, text=same, fix="")
+                text = f"it fails as '{cause}' does"
+                finding = replace(finding, state=State.NOT_JUDGED, text=text, fix="")
         yield finding
 
 
@@ -70,7 +70,7 @@ def examine_one(subject: Subject, check: AnyCheck, longest_s: float = LONGEST_S)
             return Finding(check, State.NOT_APPLICABLE, str(raised))
         case Nonconformity():
             return Finding(check, State.FAIL, str(raised), raised.fix or check.fix)
-        case RigrunnerError():  # it is in words, and says what to do
+        case RigrunnerError():  # its message is for users, and has a hint
             return Finding(check, State.FAIL, raised.message, useful_hint(raised) or check.fix)
     place = culprit(raised)
     return Finding(check, State.FAIL, _crash(raised), f"correct {place}" if place else check.fix)

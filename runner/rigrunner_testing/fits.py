@@ -54,13 +54,13 @@ def recovers_its_own_curve(subject: Subject) -> None:
     """Data on a curve of the fit's own reproduce that curve."""
     fit = _fit(subject)
     first = fit(_points())
-    value, _ = first.predict(X_HZ)
-    again = fit(replace(_points(), y=value))
+    values, _ = first.predict(X_HZ)
+    refit = fit(replace(_points(), y=values))
     demand(
-        np.allclose(again.coefficients, first.coefficients, rtol=1e-5, atol=1e-9),
-        f"coefficients {first.coefficients} come back as {again.coefficients}",
+        np.allclose(refit.coefficients, first.coefficients, rtol=1e-5, atol=1e-9),
+        f"coefficients {first.coefficients} come back as {refit.coefficients}",
     )
-    _same_curve(first, again, "data from its own curve give")
+    _check_same_curve(first, refit, "data from its own curve give")
 
 
 @check(fix="correct the formula, or the example that the record states", needs=("curve_is_whole",))
@@ -71,22 +71,23 @@ def published_examples_hold(subject: Subject) -> None:
     for example in record.examples:
         fit: Fit = subject.registry.make(subject.kind, subject.name, example.settings)
         curve = fit(Points(np.array(example.x), np.array(example.y)))
-        _near(example.source, "coefficients", curve.coefficients, np.array(example.coefficients))
+        coefficients = np.array(example.coefficients)
+        _check_close(example.source, "coefficients", curve.coefficients, coefficients)
         if example.u:
             u = np.sqrt(np.diag(curve.covariance))
-            _near(example.source, "standard uncertainties", u, np.array(example.u))
+            _check_close(example.source, "standard uncertainties", u, np.array(example.u))
 
 
-def _near(source: str, what: str, found: Array, stated: Array) -> None:
-    same = found.shape == stated.shape and np.allclose(found, stated, rtol=1e-6, atol=0)
-    demand(same, f"{source}: {what} are {found}, stated are {stated}")
+def _check_close(source: str, what: str, actual: Array, stated: Array) -> None:
+    is_same = actual.shape == stated.shape and np.allclose(actual, stated, rtol=1e-6, atol=0)
+    demand(is_same, f"{source}: {what} are {actual}, stated are {stated}")
 
 
 @check(fix="give one name, one unit and one row of the covariance for each coefficient")
 def curve_is_whole(subject: Subject) -> None:
     """Names, units, coefficients and covariance are consistent; residuals are the curve's."""
-    given = _noisy(1)
-    curve = _fit(subject)(given)
+    points = _noisy(1)
+    curve = _fit(subject)(points)
     missing = [name for name in _OF_A_CURVE if not hasattr(curve, name)]
     demand(
         not missing,
@@ -104,9 +105,9 @@ def curve_is_whole(subject: Subject) -> None:
     variances = np.diag(covariance)
     demand((variances >= 0).all() and np.isfinite(variances).all(), f"variances are {variances}")
     demand(curve.dof > 0, f"the degrees of freedom are {curve.dof}")
-    value, _ = curve.predict(given.x)
-    same = np.allclose(curve.residuals, given.y - value, atol=1e-9)
-    demand(same, "the residuals are not what was observed minus the curve")
+    values, _ = curve.predict(points.x)
+    is_same = np.allclose(curve.residuals, points.y - values, atol=1e-9)
+    demand(is_same, "the residuals are not what was observed minus the curve")
 
 
 @check(
@@ -115,18 +116,19 @@ def curve_is_whole(subject: Subject) -> None:
 )
 def units_are_kept(subject: Subject) -> None:
     """In other units the curve is the same, or the points are refused."""
-    fit, given = _fit(subject), _noisy(2)
-    assert given.u_y is not None  # noqa: S101  (`_noisy` gives it)
-    value, u = fit(given).predict(BETWEEN_HZ)
+    fit, points = _fit(subject), _noisy(2)
+    assert points.u_y is not None  # noqa: S101  (`_noisy` gives it)
+    values, u = fit(points).predict(BETWEEN_HZ)
     turns = 2 * np.pi
-    other = Points(turns * X_HZ, 1e3 * given.y, 1e3 * given.u_y, x_unit="rad/s", y_unit="mN·m")
+    other = Points(turns * X_HZ, 1e3 * points.y, 1e3 * points.u_y, x_unit="rad/s", y_unit="mN·m")
     try:
         curve = fit(other)
     except DataError:
         return
-    other_value, other_u = curve.predict(turns * BETWEEN_HZ)
-    same = np.allclose(other_value, 1e3 * value, rtol=SAME)
-    demand(same and np.allclose(other_u, 1e3 * u, rtol=U_SAME), "in mN·m over rad/s it is another")
+    other_values, other_u = curve.predict(turns * BETWEEN_HZ)
+    is_same = np.allclose(other_values, 1e3 * values, rtol=SAME)
+    is_same &= np.allclose(other_u, 1e3 * u, rtol=U_SAME)
+    demand(is_same, "in mN·m over rad/s it is another")
     torque = [unit for unit in curve.units if "mN·m" in unit]
     demand(torque, f"fitted in mN·m, its coefficients are in {', '.join(curve.units)}")
 
@@ -141,55 +143,55 @@ def uncertainty_is_the_scatter(subject: Subject) -> None:
     clean, _ = fit(_points()).predict(X_HZ)
     rng = np.random.default_rng(8)
     noise = rng.normal(0, U_NM, (REPETITIONS, len(X_HZ)))
-    curves = [fit(replace(_points(), y=clean + each)) for each in noise]
+    curves = [fit(replace(_points(), y=clean + row)) for row in noise]
     predicted = np.array([curve.predict(BETWEEN_HZ) for curve in curves])
-    found = predicted[:, 0].std(axis=0, ddof=1)
+    scatter = predicted[:, 0].std(axis=0, ddof=1)
     stated = np.sqrt(np.mean(predicted[:, 1] ** 2, axis=0))
-    _scatters("the curve", found, stated)
+    _check_scatter("the curve", scatter, stated)
     if len({curve.formula for curve in curves}) > 1:
         return  # it chose another curve now and then: coefficients are not comparable
-    found = np.array([curve.coefficients for curve in curves]).std(axis=0, ddof=1)
+    scatter = np.array([curve.coefficients for curve in curves]).std(axis=0, ddof=1)
     stated = np.sqrt(np.mean([np.diag(curve.covariance) for curve in curves], axis=0))
-    _scatters("its coefficients", found, stated)
+    _check_scatter("its coefficients", scatter, stated)
 
 
-def _scatters(what: str, found: Array, stated: Array) -> None:
-    ratios = stated / found
+def _check_scatter(what: str, scatter: Array, stated: Array) -> None:
+    ratios = stated / scatter
     demand(
         (np.abs(ratios - 1) <= SCATTER).all(),
-        f"{what} scatter by {found}, and the standard uncertainty stated is {stated}",
+        f"{what} scatter by {scatter}, and the standard uncertainty stated is {stated}",
     )
 
 
 @check(fix="let nothing depend on the order in which points come", needs=("curve_is_whole",))
 def order_does_not_matter(subject: Subject) -> None:
     """The order of the points does not matter."""
-    fit, given = _fit(subject), _noisy(3)
-    assert given.u_y is not None  # noqa: S101  (`_noisy` gives it)
+    fit, points = _fit(subject), _noisy(3)
+    assert points.u_y is not None  # noqa: S101  (`_noisy` gives it)
     order = np.random.default_rng(2).permutation(len(X_HZ))
-    shuffled = Points(given.x[order], given.y[order], given.u_y[order])
-    _same_curve(fit(given), fit(shuffled), "in another order the points give")
+    shuffled = Points(points.x[order], points.y[order], points.u_y[order])
+    _check_same_curve(fit(points), fit(shuffled), "in another order the points give")
 
 
 @check(fix="use no absolute tolerances or limits on y and u(y)", needs=("curve_is_whole",))
 def scale_does_not_matter(subject: Subject) -> None:
     """Points three times as high give such a curve; a larger u(y) alone, the same curve."""
-    fit, given = _fit(subject), _noisy(4)
-    assert given.u_y is not None  # noqa: S101  (`_noisy` gives it)
-    curve = fit(given)
-    value, u = curve.predict(BETWEEN_HZ)
-    scaled_value, scaled_u = fit(Points(X_HZ.copy(), 3 * given.y, 3 * given.u_y)).predict(
+    fit, points = _fit(subject), _noisy(4)
+    assert points.u_y is not None  # noqa: S101  (`_noisy` gives it)
+    curve = fit(points)
+    values, u = curve.predict(BETWEEN_HZ)
+    scaled_values, scaled_u = fit(Points(X_HZ.copy(), 3 * points.y, 3 * points.u_y)).predict(
         BETWEEN_HZ
     )
-    same = np.allclose(scaled_value, 3 * value, rtol=SAME)
-    demand(same, f"three times as high it is {scaled_value}, not 3 times {value}")
+    is_same = np.allclose(scaled_values, 3 * values, rtol=SAME)
+    demand(is_same, f"three times as high it is {scaled_values}, not 3 times {values}")
     demand(
         np.allclose(scaled_u, 3 * u, rtol=U_SAME),
         f"three times as high its uncertainty is {scaled_u}, not 3 times {u}",
     )
-    doubtful, _ = fit(replace(given, u_y=2 * given.u_y)).predict(BETWEEN_HZ)
-    same = np.allclose(doubtful, value, rtol=SAME)
-    demand(same, f"with twice the uncertainty of each point it is {doubtful}, not {value}")
+    doubtful, _ = fit(replace(points, u_y=2 * points.u_y)).predict(BETWEEN_HZ)
+    is_same = np.allclose(doubtful, values, rtol=SAME)
+    demand(is_same, f"with twice the uncertainty of each point it is {doubtful}, not {values}")
 
 
 @check(
@@ -216,15 +218,15 @@ def never_extrapolates(subject: Subject) -> None:
 )
 def too_few_points_refused(subject: Subject) -> None:
     """Too few points are refused; any result is finite."""
-    fit, given = _fit(subject), _noisy(6)
-    assert given.u_y is not None  # noqa: S101  (`_noisy` gives it)
-    p = len(fit(given).coefficients)
+    fit, points = _fit(subject), _noisy(6)
+    assert points.u_y is not None  # noqa: S101  (`_noisy` gives it)
+    p = len(fit(points).coefficients)
     if p == len(X_HZ):  # it interpolates: of fewer points it has fewer coefficients
         p = 1
     for n in range(len(X_HZ)):
-        few = Points(given.x[:n], given.y[:n], given.u_y[:n])
+        few_points = Points(points.x[:n], points.y[:n], points.u_y[:n])
         try:
-            curve = fit(few)
+            curve = fit(few_points)
         except DataError as error:
             demand(str(n) in str(error), f"of {n} points it says '{error}', not how many there are")
             continue
@@ -237,25 +239,25 @@ def too_few_points_refused(subject: Subject) -> None:
 def not_a_number_refused(subject: Subject) -> None:
     """A point that is not a finite number is refused."""
     fit = _fit(subject)
-    for what in ("x", "y"):
-        for bad in (np.nan, np.inf):
-            values = getattr(_points(), what).copy()
-            values[3] = bad
+    for axis in ("x", "y"):
+        for invalid in (np.nan, np.inf):
+            values = getattr(_points(), axis).copy()
+            values[3] = invalid
             try:
-                fit(replace(_points(), **{what: values}))
+                fit(replace(_points(), **{axis: values}))
             except DataError:
                 continue
-            raise Nonconformity(f"it fits points of which one has {what} = {bad}")
+            raise Nonconformity(f"it fits points of which one has {axis} = {invalid}")
 
 
 @check(fix="copy what you change", needs=("curve_is_whole",))
 def leaves_the_points_alone(subject: Subject) -> None:
     """It does not change the points."""
-    given = _noisy(7)
-    assert given.u_y is not None  # noqa: S101  (`_noisy` gives it)
-    before = [array.copy() for array in (given.x, given.y, given.u_y)]
-    _fit(subject)(given).predict(BETWEEN_HZ)
-    after = (given.x, given.y, given.u_y)
+    points = _noisy(7)
+    assert points.u_y is not None  # noqa: S101  (`_noisy` gives it)
+    before = [array.copy() for array in (points.x, points.y, points.u_y)]
+    _fit(subject)(points).predict(BETWEEN_HZ)
+    after = (points.x, points.y, points.u_y)
     demand(all(map(np.array_equal, before, after)), "it changes the points that it is given")
 
 
@@ -273,11 +275,11 @@ def _noisy(seed: int) -> Points:
     return replace(_points(), y=no_load_torque_nm(X_HZ) + noise)
 
 
-def _same_curve(one: Curve, other: Curve, what: str) -> None:
-    value, _ = one.predict(BETWEEN_HZ)
-    other_value, _ = other.predict(BETWEEN_HZ)
-    same = np.allclose(other_value, value, rtol=SAME)
-    demand(same, f"{what} {other_value} at {BETWEEN_HZ} Hz, not {value}")
+def _check_same_curve(first: Curve, second: Curve, what: str) -> None:
+    first_values, _ = first.predict(BETWEEN_HZ)
+    second_values, _ = second.predict(BETWEEN_HZ)
+    is_same = np.allclose(second_values, first_values, rtol=SAME)
+    demand(is_same, f"{what} {second_values} at {BETWEEN_HZ} Hz, not {first_values}")
 
 
 CHECKS: tuple[AnyCheck, ...] = (

@@ -22,8 +22,8 @@ if TYPE_CHECKING:
     from rigrunner.api.importing import Importer
     from rigrunner_testing.subjects import Subject
 
-Wanted = dict[str, "int | str"]
-WANTED: Wanted = {"tester.torque": "torque", "tester.angle": "angle"}
+Columns = dict[str, "int | str"]
+WANTED: Columns = {"tester.torque": "torque", "tester.angle": "angle"}
 CUTS = 25
 """The number of places at which an example is cut."""
 FOREIGN = {
@@ -50,9 +50,9 @@ def missing_file_refused(subject: Subject) -> None:
     """A missing file, or a folder, is refused by its name."""
     with TemporaryDirectory() as folder:
         for path in (Path(folder) / "missing.dat", Path(folder)):
-            told = _refusal(_importer(subject), path)
-            demand(told, f"it reads {path.name}, which is not a file")
-            demand(path.name in told, f"it refuses {path.name} without naming it: {told}")
+            message = _refusal(_importer(subject), path)
+            demand(message, f"it reads {path.name}, which is not a file")
+            demand(path.name in message, f"it refuses {path.name} without naming it: {message}")
 
 
 @check(
@@ -66,8 +66,10 @@ def foreign_files_refused(subject: Subject) -> None:
         for what, content in FOREIGN.items():
             path = Path(folder) / "foreign.dat"
             path.write_bytes(content)
-            told = _read_or_refusal(importer, path, what)
-            demand(not told or path.name in told, f"{what}: it does not name the file: {told}")
+            message = _read_or_refusal(importer, path, what)
+            demand(
+                not message or path.name in message, f"{what}: it does not name the file: {message}"
+            )
 
 
 @check(fix="close the file in every case: `with open(...)`", needs=("foreign_files_refused",))
@@ -79,13 +81,13 @@ def closes_its_files(subject: Subject) -> None:
         for number, content in enumerate(FOREIGN.values()):
             paths.append(Path(folder) / f"{number}.dat")
             paths[-1].write_bytes(content)
-        for path in paths:  # what is loaded once is loaded now
+        for path in paths:  # so that lazy imports do not count
             _refusal(importer, path)
         before = census()
         for path in paths:
             _refusal(importer, path)
-        more = census().more_than(before)
-        demand(not more, f"it left open: {more}")
+        leaks = census().more_than(before)
+        demand(not leaks, f"it left open: {leaks}")
 
 
 @check(
@@ -95,12 +97,12 @@ def closes_its_files(subject: Subject) -> None:
 def examples_are_read(subject: Subject) -> None:
     """The example files in the record give the stated numbers."""
     for example, path in _examples(subject):
-        found = _importer(subject).read(path, example.columns, example.group)
-        _whole(found, dict(example.columns), example.source)
+        columns = _importer(subject).read(path, example.columns, example.group)
+        _check_columns(columns, dict(example.columns), example.source)
         for name, stated in example.values.items():
-            given = found[name].values
-            same = given.shape == (len(stated),) and np.allclose(given, stated, rtol=1e-12)
-            demand(same, f"{example.source}: {name} is {given}, stated is {stated}")
+            values = columns[name].values
+            is_same = values.shape == (len(stated),) and np.allclose(values, stated, rtol=1e-12)
+            demand(is_same, f"{example.source}: {name} is {values}, stated is {stated}")
 
 
 @check(
@@ -114,8 +116,8 @@ def missing_columns_are_named(subject: Subject) -> None:
         try:
             _importer(subject).read(path, {name: "no such column"}, example.group)
         except NotInFileError as error:
-            told = "no such column" in str(error)
-            demand(told, f"it refuses a column without naming it: {error}")
+            is_named = "no such column" in str(error)
+            demand(is_named, f"it refuses a column without naming it: {error}")
         except Exception as error:
             raise Nonconformity(
                 f"a column that is not there gives {type(error).__name__}, not NotInFileError:"
@@ -132,10 +134,10 @@ def missing_columns_are_named(subject: Subject) -> None:
 def cut_files_refused(subject: Subject) -> None:
     """A truncated example gives a DataError, or fewer complete rows."""
     for example, path in _examples(subject):
-        whole, importer = path.read_bytes(), _importer(subject)
-        for length in np.linspace(0, len(whole) - 1, CUTS).astype(int):
-            path.write_bytes(whole[:length])
-            what = f"{example.source}, cut to {length} of {len(whole)} bytes"
+        content, importer = path.read_bytes(), _importer(subject)
+        for length in np.linspace(0, len(content) - 1, CUTS).astype(int):
+            path.write_bytes(content[:length])
+            what = f"{example.source}, cut to {length} of {len(content)} bytes"
             _read_or_refusal(importer, path, what, example)
 
 
@@ -171,30 +173,30 @@ def _read_or_refusal(
     importer: Importer, path: Path, what: str, example: ImporterExample | None = None
 ) -> str:
     """Return the message with which the file is refused; '' if the data are complete."""
-    wanted, group = (WANTED, "") if example is None else (dict(example.columns), example.group)
+    columns, group = (WANTED, "") if example is None else (dict(example.columns), example.group)
     try:
-        found = importer.read(path, wanted, group)
+        data = importer.read(path, columns, group)
     except DataError as error:
         return str(error)
     except Exception as error:
         raise Nonconformity(
             f"{what}: {type(error).__name__}, which is not a DataError: {error}"
         ) from error
-    _whole(found, wanted, what)
+    _check_columns(data, columns, what)
     return ""
 
 
-def _whole(found: Mapping[str, Column], wanted: Wanted, what: str) -> None:
+def _check_columns(data: Mapping[str, Column], expected: Columns, what: str) -> None:
     demand(
-        isinstance(found, Mapping) and all(isinstance(each, Column) for each in found.values()),
-        f"{what}: `read` gave {found!r:.80}, expected a Column for each name that is wanted",
+        isinstance(data, Mapping) and all(isinstance(column, Column) for column in data.values()),
+        f"{what}: `read` gave {data!r:.80}, expected a Column for each name that is wanted",
         fix="return `{name: Column(values), ...}`: is there a `return`?",
     )
-    demand(set(found) == set(wanted), f"{what}: wanted {[*wanted]}, it gives {[*found]}")
-    for name, column in found.items():
+    demand(set(data) == set(expected), f"{what}: wanted {[*expected]}, it gives {[*data]}")
+    for name, column in data.items():
         finite = column.values.ndim == 1 and np.isfinite(column.values).all()
         demand(finite, f"{what}: {name} holds numbers that are not finite")
-    lengths = {len(column.values) for column in found.values()}
+    lengths = {len(column.values) for column in data.values()}
     demand(len(lengths) == 1, f"{what}: the columns have {sorted(lengths)} numbers")
 
 

@@ -57,11 +57,11 @@ def checks(kind: str, registry: Registry | None = None) -> tuple[AnyCheck, ...]:
 
     `registry` has the kinds that plugins bring; by default it is that of all installed plugins.
     """
-    made = () if kind == "step" else making.CHECKS  # it makes nothing, but a plan
+    factory_checks = () if kind == "step" else making.CHECKS  # it makes nothing, but a plan
     if kind in OF_KIND:
-        return (*settings.CHECKS, *made, *OF_KIND[kind])
-    found = brought.conformance(registry or load_registry(), kind)
-    return (*settings.CHECKS, *made, *(found.CHECKS if found else ()))
+        return (*settings.CHECKS, *factory_checks, *OF_KIND[kind])
+    module = brought.conformance(registry or load_registry(), kind)
+    return (*settings.CHECKS, *factory_checks, *(module.CHECKS if module else ()))
 
 
 def subject(
@@ -79,19 +79,20 @@ def subject(
     paths in the settings are relative to `folder`. Raises PluginError for an unknown plugin or
     invalid settings.
     """
-    known = load_registry() if registry is None else registry
+    if registry is None:
+        registry = load_registry()
     if drop_in is not None:
-        known = with_drop_ins(known, drop_in)
-    plugin = known.find(kind, name)
-    told = dict(plugin.record.trial if given is None else given)
+        registry = with_drop_ins(registry, drop_in)
+    plugin = registry.find(kind, name)
+    subject_settings = dict(plugin.record.trial if given is None else given)
     try:
-        known.validated(kind, name, told)
+        registry.validated(kind, name, subject_settings)
     except PluginError as error:
         hint = "give settings with which it can be tried: --settings FILE, or its record's `trial`"
         raise PluginError(error.message, hint=hint) from error
     if kind == "device":
-        return DeviceSubject(plugin, known, told, folder=folder or Path())
+        return DeviceSubject(plugin, registry, subject_settings, folder=folder or Path())
     if kind in {"report_format", "certificate_format", "study_format"}:
-        return FormatSubject(plugin, known, told)
-    found = None if kind in OF_KIND else brought.conformance(known, kind)
-    return (found.SUBJECT if found else Subject)(plugin, known, told)
+        return FormatSubject(plugin, registry, subject_settings)
+    module = None if kind in OF_KIND else brought.conformance(registry, kind)
+    return (module.SUBJECT if module else Subject)(plugin, registry, subject_settings)

@@ -22,8 +22,8 @@ if TYPE_CHECKING:
 @check(fix="put station.yaml and README.md into `files`, and name shipped procedures")
 def is_whole(subject: Subject) -> None:
     """It has a station, a page that describes its files, and a procedure to run first."""
-    with _made(subject) as (folder, procedures):
-        missing = [each for each in (STATION, "README.md") if not (folder / each).is_file()]
+    with _lab(subject) as (folder, procedures):
+        missing = [name for name in (STATION, "README.md") if not (folder / name).is_file()]
         demand(not missing, f"it has no {' and no '.join(missing)}")
         demand(procedures, "it has no procedure")
 
@@ -31,16 +31,16 @@ def is_whole(subject: Subject) -> None:
 @check(fix="try it: `rigrunner init`, then `rigrunner check` each procedure", needs=("is_whole",))
 def can_be_run_at_once(subject: Subject) -> None:
     """Each procedure in it can be planned on its station."""
-    with _made(subject) as (folder, procedures):
-        for each in procedures:
+    with _lab(subject) as (folder, procedures):
+        for procedure in procedures:
             try:
-                plan_run(folder / each, folder / STATION, subject.registry, SimulatedClock())
+                plan_run(folder / procedure, folder / STATION, subject.registry, SimulatedClock())
             except RigrunnerError as error:
-                raise Nonconformity(f"{each}: {error}") from error
+                raise Nonconformity(f"{procedure}: {error}") from error
 
 
 @contextmanager
-def _made(subject: Subject) -> Iterator[tuple[Path, list[str]]]:
+def _lab(subject: Subject) -> Iterator[tuple[Path, list[str]]]:
     with TemporaryDirectory() as folder:
         yield Path(folder), make_lab(Path(folder), subject.registry, subject.name)
 

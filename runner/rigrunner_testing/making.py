@@ -20,11 +20,11 @@ def can_be_made(subject: Subject) -> None:
     """Its factory makes something from its settings; for a device, with the required methods."""
     factory: Any = subject.any_record.factory  # type: ignore[attr-defined]  # every kind has one
     try:
-        made = subject.make()
+        product = subject.make()
     except MissingPackageError:
         raise
     except PluginError as error:
-        fix = useful_hint(error) or f"correct {_named(factory)}"
+        fix = useful_hint(error) or f"correct {_factory_name(factory)}"
         raise Nonconformity(error.message, fix=fix) from error
     except OSError as error:
         raise Nonconformity(
@@ -33,28 +33,29 @@ def can_be_made(subject: Subject) -> None:
             " constructor keeps what it is given",
         ) from error
 
-    problem = _not_usable(made, subject)
+    problem = _call_problem(product, subject)
     if problem:
-        raise Nonconformity(problem, fix=f"correct what {_named(factory)} gives")
+        raise Nonconformity(problem, fix=f"correct what {_factory_name(factory)} gives")
 
 
-def _not_usable(made: Any, subject: Subject) -> str:
+def _call_problem(product: Any, subject: Subject) -> str:
     """Return why the product cannot be called as required; '' if it can, or is a device."""
-    what = getattr(made, "__name__", type(made).__name__)
+    what = getattr(product, "__name__", type(product).__name__)
     if subject.kind == "importer":
-        read = getattr(made, "read", None)
+        read = getattr(product, "read", None)
         if not callable(read):
             return f"{what} has no method `read`"
         return call_problem(read, f"{what}.read", ("path", "columns", "group"))
-    takes = next((k.takes for k in subject.registry.kinds if k.name == subject.kind), ())
-    if not takes:
+    kinds = subject.registry.kinds
+    arguments = next((kind.takes for kind in kinds if kind.name == subject.kind), ())
+    if not arguments:
         return ""
-    if not callable(made):
+    if not callable(product):
         return f"{what} cannot be called: it needs a method `__call__`"
-    return call_problem(made, what, takes)
+    return call_problem(product, what, arguments)
 
 
-def _named(factory: Any) -> str:
+def _factory_name(factory: Any) -> str:
     """Return the name of the factory, and where it is defined."""
     if isinstance(factory, Imported):
         return f"'{factory.place}'"

@@ -28,10 +28,11 @@ SAMPLES = 200
 @check(fix="return a list of Rejection of rigrunner.api.analysis, an empty one for no gross error")
 def gives_rejections(subject: Subject) -> None:
     """It gives a list of rejections, each a Rejection."""
-    found = _rule(subject)(np.append(_normal(1), GROSS))
-    demand(isinstance(found, (list, tuple)), f"it gave {found!r}, expected a list of Rejection")
-    strange = [each for each in found if not isinstance(each, Rejection)]
-    demand(not strange, f"it gave {strange[:1]!r}, expected a list of Rejection")
+    rejections = _rule(subject)(np.append(_normal(1), GROSS))
+    is_list = isinstance(rejections, (list, tuple))
+    demand(is_list, f"it gave {rejections!r}, expected a list of Rejection")
+    invalid = [entry for entry in rejections if not isinstance(entry, Rejection)]
+    demand(not invalid, f"it gave {invalid[:1]!r}, expected a list of Rejection")
 
 
 @check(
@@ -49,8 +50,8 @@ def nothing_of_constant_values(subject: Subject) -> None:
 
 
 def _keeps(subject: Subject, values: Array, what: str) -> None:
-    found = _rule(subject)(values)
-    demand(not found, f"of {what} it rejects {_indices(found)}")
+    rejections = _rule(subject)(values)
+    demand(not rejections, f"of {what} it rejects {_indices(rejections)}")
 
 
 @check(
@@ -63,13 +64,15 @@ def finds_a_gross_error(subject: Subject) -> None:
     applies(record.rejects, "its record says that it rejects nothing")
     values = _normal(1)
     values[PLANTED] = GROSS
-    found = _rule(subject)(values)
-    demand(PLANTED in _indices(found), f"it rejects {_indices(found)}, and {PLANTED} is the one")
-    for each in found:
-        demand(each.value == values[each.index], f"value {each.value} is not that of {each.index}")
-        demand(each.rule == subject.name, f"the rule is called '{each.rule}' in what it rejects")
-        beyond = each.statistic > each.critical
-        demand(beyond, f"statistic {each.statistic} is not beyond {each.critical}")
+    rejections = _rule(subject)(values)
+    indices = _indices(rejections)
+    demand(PLANTED in indices, f"it rejects {indices}, and {PLANTED} is the one")
+    for rejection in rejections:
+        value, index, rule = rejection.value, rejection.index, rejection.rule
+        demand(value == values[index], f"value {value} is not that of {index}")
+        demand(rule == subject.name, f"the rule is called '{rule}' in what it rejects")
+        is_beyond = rejection.statistic > rejection.critical
+        demand(is_beyond, f"statistic {rejection.statistic} is not beyond {rejection.critical}")
 
 
 @check(fix="correct the rule, or the example that the record states", needs=("gives_rejections",))
@@ -79,10 +82,10 @@ def published_rejections_hold(subject: Subject) -> None:
     applies(examples, "its record states no examples")
     for example in examples:
         rule: OutlierRule = subject.registry.make(subject.kind, subject.name, example.settings)
-        found = _indices(rule(np.array(example.values)))
+        rejected = _indices(rule(np.array(example.values)))
         demand(
-            found == sorted(example.rejected),
-            f"{example.source}: it rejects {found}, stated is {sorted(example.rejected)}",
+            rejected == sorted(example.rejected),
+            f"{example.source}: it rejects {rejected}, stated is {sorted(example.rejected)}",
         )
 
 
@@ -93,9 +96,9 @@ def order_of_values_does_not_matter(subject: Subject) -> None:
     for seed in range(20):
         values = np.random.default_rng(seed).standard_t(2, CYCLES)
         order = np.random.default_rng(seed + 100).permutation(CYCLES)
-        found, moved = _statistics(rule(values)), _statistics(rule(values[order]))
-        again = {int(order[index]): statistic for index, statistic in moved.items()}
-        _same(found, again, "in another order")
+        statistics, shuffled = _statistics(rule(values)), _statistics(rule(values[order]))
+        restored = {int(order[index]): statistic for index, statistic in shuffled.items()}
+        _check_same(statistics, restored, "in another order")
 
 
 @check(fix="use no absolute tolerances", needs=("gives_rejections",))
@@ -104,10 +107,10 @@ def shift_and_scale_do_not_matter(subject: Subject) -> None:
     rule = _rule(subject)
     for seed in range(20):
         values = np.random.default_rng(seed).standard_t(2, CYCLES)
-        found = _statistics(rule(values))
+        statistics = _statistics(rule(values))
         for shift, scale in ((50.0, 1.0), (0.0, 1e-3), (-3.0, -40.0)):
-            again = _statistics(rule(shift + scale * values))
-            _same(found, again, f"times {scale:g} plus {shift:g}")
+            transformed = _statistics(rule(shift + scale * values))
+            _check_same(statistics, transformed, f"times {scale:g} plus {shift:g}")
 
 
 @check(
@@ -122,11 +125,12 @@ def leaves_as_many_as_it_says(subject: Subject) -> None:
         rng = np.random.default_rng(seed)
         n = int(rng.integers(0, CYCLES))
         try:
-            found = _indices(rule(rng.standard_cauchy(n)))
+            rejected = _indices(rule(rng.standard_cauchy(n)))
         except DataError:  # it says that there are too few
             continue
-        demand(len(set(found)) == len(found), f"of {n} values it rejects one twice: {found}")
-        left = n - len(found)
+        is_unique = len(set(rejected)) == len(rejected)
+        demand(is_unique, f"of {n} values it rejects one twice: {rejected}")
+        left = n - len(rejected)
         demand(
             left >= min(n, least),
             f"of {n} values it leaves {left}, and its record says at least {least}",
@@ -147,20 +151,20 @@ def _rule(subject: Subject) -> OutlierRule:
     return rule
 
 
-def _indices(found: Sequence[Rejection]) -> list[int]:
-    return sorted(each.index for each in found)
+def _indices(rejections: Sequence[Rejection]) -> list[int]:
+    return sorted(rejection.index for rejection in rejections)
 
 
-def _statistics(found: Sequence[Rejection]) -> dict[int, float]:
-    return {each.index: each.statistic for each in found}
+def _statistics(rejections: Sequence[Rejection]) -> dict[int, float]:
+    return {rejection.index: rejection.statistic for rejection in rejections}
 
 
-def _same(found: dict[int, float], again: dict[int, float], how: str) -> None:
+def _check_same(expected: dict[int, float], actual: dict[int, float], change: str) -> None:
     """Require the same rejections with the same statistics, in any order."""
-    same = set(found) == set(again) and all(
-        np.isclose(again[index], statistic, rtol=1e-6) for index, statistic in found.items()
+    is_same = set(expected) == set(actual) and all(
+        np.isclose(actual[index], statistic, rtol=1e-6) for index, statistic in expected.items()
     )
-    demand(same, f"by their statistics it rejects {found}, and {how} {again}")
+    demand(is_same, f"by their statistics it rejects {expected}, and {change} {actual}")
 
 
 def _normal(seed: int) -> Array:

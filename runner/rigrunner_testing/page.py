@@ -32,10 +32,10 @@ def page() -> str:
     """Return the page."""
     of_kind: dict[str, Iterable[AnyCheck]] = dict(OF_KIND)
     registry = load_registry()
-    for each in registry.kinds:
-        found = conformance(registry, each.name)
-        if found is not None:
-            of_kind[each.name] = found.CHECKS
+    for kind_record in registry.kinds:
+        module = conformance(registry, kind_record.name)
+        if module is not None:
+            of_kind[kind_record.name] = module.CHECKS
     lines = [HEAD, *_section("Every plugin", (*settings.CHECKS, *making.CHECKS))]
     for kind, checks in of_kind.items():
         lines += _section(f"Plugins of the kind {kind.replace('_', ' ')}", checks)
@@ -46,9 +46,9 @@ def _section(title: str, checks: Iterable[AnyCheck]) -> Iterator[str]:
     yield f"## {title}\n"
     yield "| check | requirement | how to fix it |"
     yield "|---|---|---|"
-    for each in checks:
-        mark = MOVES if each.moves else ""
-        yield f"| {mark}`{each.name}` | {_cell(each.holds)} | {_cell(each.fix)} |"
+    for check in checks:
+        mark = MOVES if check.moves else ""
+        yield f"| {mark}`{check.name}` | {_cell(check.holds)} | {_cell(check.fix)} |"
     yield ""
 
 

@@ -55,14 +55,14 @@ def pytest_generate_tests(metafunc: pytest.Metafunc) -> None:
             " @pytest.mark.conformance('device', 'spring_scale')",
             pytrace=False,
         )
-    kind, *_ = _asked(*marker.args, **marker.kwargs)
+    kind, *_ = _target(*marker.args, **marker.kwargs)
     metafunc.parametrize("conformance_check", checks(kind), ids=str)
 
 
 @pytest.fixture
 def conformance_settings(request: pytest.FixtureRequest) -> Mapping[str, Any] | None:
     """Return the settings of the marker; redefine it if they are known only in the test."""
-    return _of(request)[2]
+    return _target_of(request)[2]
 
 
 @pytest.fixture
@@ -73,30 +73,30 @@ def conformance(
     tmp_path: Path,
 ) -> Callable[[], None]:
     """Return a function that runs the check: it fails, or skips if the check does not apply."""
-    kind, name, _, drop_in = _of(request)
-    found = subject(kind, name, conformance_settings, drop_in=drop_in, folder=tmp_path)
-    return partial(_do, partial(conform, found, conformance_check))
+    kind, name, _, drop_in = _target_of(request)
+    plugin = subject(kind, name, conformance_settings, drop_in=drop_in, folder=tmp_path)
+    return partial(_run_or_skip, partial(conform, plugin, conformance_check))
 
 
-def _do(work: Callable[[], str]) -> None:
+def _run_or_skip(work: Callable[[], str]) -> None:
     __tracebackhide__ = True
     why_not = work()
     if why_not:
         pytest.skip(why_not)
 
 
-_Asked = tuple[str, str, "Mapping[str, Any] | None", "Path | None"]
+_Target = tuple[str, str, "Mapping[str, Any] | None", "Path | None"]
 
 
-def _of(request: pytest.FixtureRequest) -> _Asked:
+def _target_of(request: pytest.FixtureRequest) -> _Target:
     marker = request.node.get_closest_marker(MARKER)
-    return _asked(*marker.args, **marker.kwargs)
+    return _target(*marker.args, **marker.kwargs)
 
 
-def _asked(
+def _target(
     kind: str,
     name: str,
     settings: Mapping[str, Any] | None = None,
     drop_in: Path | None = None,
-) -> _Asked:
+) -> _Target:
     return kind, name, settings, drop_in

@@ -47,11 +47,11 @@ def replayed(
 
 
 def _role(plugin: str, manifest: TapeManifest) -> str:
-    found = [role for role, each in manifest.devices.items() if each.plugin == plugin]
-    if len(found) == 1:
-        return found[0]
-    drives = ", ".join(f"{each.plugin} {role}" for role, each in manifest.devices.items())
+    roles = [role for role, device in manifest.devices.items() if device.plugin == plugin]
+    if len(roles) == 1:
+        return roles[0]
+    drives = ", ".join(f"{device.plugin} {role}" for role, device in manifest.devices.items())
     raise UsageError(
-        f"'{plugin}' drives {len(found)} devices on the tape: say which role",
+        f"'{plugin}' drives {len(roles)} devices on the tape: say which role",
         hint=f"it has: {drives}",
     )

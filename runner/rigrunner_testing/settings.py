@@ -51,7 +51,7 @@ def settings_explained(subject: Subject) -> None:
 )
 def unknown_setting_refused(subject: Subject) -> None:
     """An unknown setting, such as a misspelt one, is refused by its name."""
-    _refused(subject, NO_SUCH, 1, {**subject.settings, NO_SUCH: 1})
+    _check_refused(subject, NO_SUCH, 1, {**subject.settings, NO_SUCH: 1})
 
 
 @check(needs=(), fix="annotate the field with its type, and let validators raise ValueError alone")
@@ -64,7 +64,7 @@ def wrong_type_refused(subject: Subject) -> None:
     ]
     applies(fields, "it has no settings of a type")
     for field in fields:
-        _refused(subject, field.key, WRONG, {**subject.settings, field.key: WRONG})
+        _check_refused(subject, field.key, WRONG, {**subject.settings, field.key: WRONG})
 
 
 @check(needs=(), fix="annotate quantities with the types of rigrunner.api.settings: `load: Force`")
@@ -74,16 +74,16 @@ def wrong_unit_refused(subject: Subject) -> None:
     quantities = [field for field in fields if not field.entry and field.kind in kinds()]
     applies(quantities, "it has no settings with units")
     for field in quantities:
-        for wrong in ("3 N" if field.kind == "mass" else "3 kg", 12345.678):
-            _refused(subject, field.key, wrong, {**subject.settings, field.key: wrong})
+        for value in ("3 N" if field.kind == "mass" else "3 kg", 12345.678):
+            _check_refused(subject, field.key, value, {**subject.settings, field.key: value})
 
 
-def _refused(subject: Subject, key: str, value: object, settings: dict[str, Any]) -> None:
+def _check_refused(subject: Subject, key: str, value: object, settings: dict[str, Any]) -> None:
     try:
         subject.registry.validated(subject.kind, subject.name, settings)
     except PluginError as error:
-        named = key in str(error)
-        demand(named, f"'{key}: {value}' is refused without naming '{key}': {error}")
+        is_named = key in str(error)
+        demand(is_named, f"'{key}: {value}' is refused without naming '{key}': {error}")
     except Exception as error:
         raise Nonconformity(f"'{key}: {value}' gives {type(error).__name__}: {error}") from error
     else:

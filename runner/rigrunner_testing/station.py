@@ -38,10 +38,10 @@ def bound_subject(station: Path, role: str, plugin: str) -> Iterator[DeviceSubje
     registry = with_lab_plugins(load_registry(), loaded, station.parent)
     safety = loaded.model.safety
     rules = DriveRules(dict(safety.drives), safety.combinations)
-    found = registry.find("device", plugin)
+    device_plugin = registry.find("device", plugin)
     registry.validated("device", plugin, bound.settings)
     subject = DeviceSubject(
-        found, registry, bound.settings, folder=station.parent, role=role, rules=rules
+        device_plugin, registry, bound.settings, folder=station.parent, role=role, rules=rules
     )
     with station_lock(loaded, registry, f"check-plugin {plugin}") as marks:
         if marks is not None and marks.left is not None and marks.unconfirmed:

@@ -53,7 +53,7 @@ PROMPT_S = 1.0
 
 
 @dataclass(frozen=True)
-class Done:
+class TrialRun:
     """A plan that was run, and its outcome."""
 
     plan: Plan
@@ -73,7 +73,7 @@ class _StopAt:
         return self.clock.monotonic_s() >= self.at_s
 
 
-def _planned(subject: Subject, clock: Clock) -> tuple[Plan, Rig]:
+def _plan(subject: Subject, clock: Clock) -> tuple[Plan, Rig]:
     content = {
         "rigrunner": "procedure/2",
         "id": "TRIAL",
@@ -99,9 +99,9 @@ def _planned(subject: Subject, clock: Clock) -> tuple[Plan, Rig]:
     return plan, Rig({ROLE: device}, clock)
 
 
-def _done(subject: Subject, stop_after_s: float = math.inf) -> Done:
+def _run(subject: Subject, stop_after_s: float = math.inf) -> TrialRun:
     clock = SimulatedClock()
-    plan, rig = _planned(subject, clock)
+    plan, rig = _plan(subject, clock)
     events: list[Event] = []
 
     def keep(event: Event) -> None:
@@ -114,17 +114,17 @@ def _done(subject: Subject, stop_after_s: float = math.inf) -> Done:
         summary = run_plan(plan, rig, Bus([keep]), clock, UnattendedAnswers(), stop, "trial")
     finally:
         rig.close()
-    ends_s = [each.monotonic_s for each in events if isinstance(each, StepEnded)]
-    starts_s = [each.monotonic_s for each in events if isinstance(each, StepStarted)]
+    ends_s = [event.monotonic_s for event in events if isinstance(event, StepEnded)]
+    starts_s = [event.monotonic_s for event in events if isinstance(event, StepStarted)]
     seconds = ends_s[-1] - starts_s[0] if ends_s else 0.0
     late_s = ends_s[-1] - stop.at_s if ends_s else 0.0
-    return Done(plan, summary, events, seconds, late_s)
+    return TrialRun(plan, summary, events, seconds, late_s)
 
 
 @check(fix="call planning.emit with each action, a frozen dataclass of numbers and text", needs=())
 def is_planned(subject: Subject) -> None:
     """It plans at least one action: a frozen dataclass with a keyword, a text and a duration."""
-    plan, _ = _planned(subject, SimulatedClock())
+    plan, _ = _plan(subject, SimulatedClock())
     demand(plan.steps, "it plans nothing")
     kinds = kinds_of(subject.registry)
     for step in plan.steps:
@@ -144,23 +144,23 @@ def is_planned(subject: Subject) -> None:
 @check(fix="let the planned time be what the step takes", needs=("is_planned",))
 def takes_its_time(subject: Subject) -> None:
     """It is executed, and takes the planned time within 5 % or half a second."""
-    done = _done(subject)
-    demand(done.summary.outcome is Outcome.COMPLETED, f"it ended as: {done.summary.reason}")
-    planned_s = done.plan.estimated_s
+    run = _run(subject)
+    demand(run.summary.outcome is Outcome.COMPLETED, f"it ended as: {run.summary.reason}")
+    planned_s = run.plan.estimated_s
     demand(
-        abs(done.seconds - planned_s) <= max(LITTLE_S, LITTLE * planned_s),
-        f"it took {done.seconds:.3g} s and was planned for {planned_s:.3g} s",
+        abs(run.seconds - planned_s) <= max(LITTLE_S, LITTLE * planned_s),
+        f"it took {run.seconds:.3g} s and was planned for {planned_s:.3g} s",
     )
 
 
 @check(fix="let time pass by doing.wait, or call doing.check often", needs=("takes_its_time",))
 def stops_when_asked(subject: Subject) -> None:
     """Stopped in the middle, it ends within a second, and the run is aborted."""
-    planned_s = _planned(subject, SimulatedClock())[0].estimated_s
+    planned_s = _plan(subject, SimulatedClock())[0].estimated_s
     applies(planned_s > PROMPT_S, "it takes no time in which it could be stopped")
-    done = _done(subject, MIDDLE * planned_s)
-    demand(done.summary.outcome is Outcome.ABORTED, f"it ended as {done.summary.outcome}")
-    demand(done.late_s <= PROMPT_S, f"it ended {done.late_s:.3g} s after it was asked to")
+    run = _run(subject, MIDDLE * planned_s)
+    demand(run.summary.outcome is Outcome.ABORTED, f"it ended as {run.summary.outcome}")
+    demand(run.late_s <= PROMPT_S, f"it ended {run.late_s:.3g} s after it was asked to")
 
 
 @check(
@@ -168,25 +168,25 @@ def stops_when_asked(subject: Subject) -> None:
 )
 def leaves_the_rig_safe(subject: Subject) -> None:
     """After it, or if it is stopped before or in the middle, the rig is read back as safe."""
-    planned_s = _planned(subject, SimulatedClock())[0].estimated_s
+    planned_s = _plan(subject, SimulatedClock())[0].estimated_s
     for stop_after_s in (math.inf, 0.0, MIDDLE * planned_s):
-        done = _done(subject, stop_after_s)
-        demand(done.summary.safe, f"the rig was left: {done.summary.unsafe}")
+        run = _run(subject, stop_after_s)
+        demand(run.summary.safe, f"the rig was left: {run.summary.unsafe}")
 
 
 @check(fix="say `repeatable: no` of a step that must not be done twice", needs=("takes_its_time",))
 def is_resumed_or_refuses(subject: Subject) -> None:
     """A run that was stopped in this step repeats it when resumed, or refuses."""
-    planned_s = _planned(subject, SimulatedClock())[0].estimated_s
+    planned_s = _plan(subject, SimulatedClock())[0].estimated_s
     applies(planned_s > PROMPT_S, "it takes no time in which it could be stopped")
-    done = _done(subject, MIDDLE * planned_s)
-    failed = [each.index for each in done.events if isinstance(each, StepEnded) and not each.ok]
+    run = _run(subject, MIDDLE * planned_s)
+    failed = [event.index for event in run.events if isinstance(event, StepEnded) and not event.ok]
     demand(failed, "it ended as if it was done, though it was stopped in the middle")
     try:
-        resume_at = find_resume_point(done.plan.steps, done.events, "the kit")
+        resume_at = find_resume_point(run.plan.steps, run.events, "the kit")
     except DataError:
         return
-    again = {*resume_at.before, *range(resume_at.start, len(done.plan.steps))}
+    again = {*resume_at.before, *range(resume_at.start, len(run.plan.steps))}
     demand(failed[0] in again, "a resumed run would not do it again, nor refuse to")
 
 

@@ -27,15 +27,17 @@ def can_be_known(subject: Subject) -> None:
 @check(fix="let no other plugin define the same symbol", needs=("can_be_known",))
 def comes_back_as_written(subject: Subject) -> None:
     """A quantity in each of its spellings is parsed, and shown with its symbol."""
-    wanted = subject.record_as(UnitRecord).definition
-    for spelling in (wanted.symbol, *wanted.spellings):
+    definition = subject.record_as(UnitRecord).definition
+    for spelling in (definition.symbol, *definition.spellings):
         try:
-            read = parse_quantity(f"{NUMBER:g} {spelling}", wanted.kind)
+            quantity = parse_quantity(f"{NUMBER:g} {spelling}", definition.kind)
         except QuantityError as error:
             raise Nonconformity(error.message, fix=error.hint) from error
-        demand(str(read) == f"{NUMBER:g} {wanted.symbol}", f"'{spelling}' comes back as '{read}'")
-        si = NUMBER * wanted.factor + wanted.offset
-        demand(read.si == si, f"3 {spelling} is {read.si!r} in the SI unit, by the record {si!r}")
+        shown = f"{NUMBER:g} {definition.symbol}"
+        demand(str(quantity) == shown, f"'{spelling}' comes back as '{quantity}'")
+        si = NUMBER * definition.factor + definition.offset
+        parsed = quantity.si
+        demand(parsed == si, f"3 {spelling} is {parsed!r} in the SI unit, by the record {si!r}")
 
 
 CHECKS: tuple[AnyCheck, ...] = (can_be_known, comes_back_as_written)

@@ -120,10 +120,10 @@ def recorded(folder: Path, device: FastTester, seconds: float) -> float:
         rig.set("tester", "frequency", 10.0)
         bus = Bus([writer], [timer])
         answers, never = UnattendedAnswers(), threading.Event()
-        done = run_plan(plan_of((), (step,), ()), rig, bus, clock, answers, never, folder.name)
+        summary = run_plan(plan_of((), (step,), ()), rig, bus, clock, answers, never, folder.name)
         rig.close()
-    if done.error is not None:
-        raise done.error
+    if summary.error is not None:
+        raise summary.error
     return timer.ended_s - timer.began_s
 
 
@@ -201,7 +201,7 @@ def written(path: Path, second: Mapping[str, np.ndarray], options: Mapping[str, 
 
 def work() -> list[Work]:
     with tempfile.TemporaryDirectory() as name:
-        once, twice, called = (Path(name) / each for each in ("once", "twice", "called"))
+        once, twice, called = (Path(name) / part for part in ("once", "twice", "called"))
         device, second = tester(), RATE_HZ * BYTES
         short = allocated_peak(lambda: recorded(once, device, 1.0))
         long = allocated_peak(lambda: recorded(twice, device, 2.0))

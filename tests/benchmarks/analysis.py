@@ -71,8 +71,8 @@ def straight(angle: Array, torque: Array) -> tuple[Array, Array]:
     outside = np.flatnonzero(np.abs(angle) > limit)
     rising = np.flatnonzero(np.diff(np.sign(angle[outside])) > 0)
     starts = (outside[rising] + outside[rising + 1] + 1) // 2
-    whole = torque[: starts[-1]]
-    return np.minimum.reduceat(whole, starts[:-1]), np.maximum.reduceat(whole, starts[:-1])
+    complete = torque[: starts[-1]]
+    return np.minimum.reduceat(complete, starts[:-1]), np.maximum.reduceat(complete, starts[:-1])
 
 
 def whole_way(angle: Array, torque: Array) -> Array:
@@ -91,10 +91,10 @@ class Row:
     role: str = "ours"
 
     def figure(self, channels: tuple[Array, Array], where: str, times: int) -> Figure:
-        found = turns(partial(self.kernel, *channels), partial(np.max, channels[0]), times)
-        rate = found.ours.rate(len(channels[0]) / 1e6)
+        pair = turns(partial(self.kernel, *channels), partial(np.max, channels[0]), times)
+        rate = pair.ours.rate(len(channels[0]) / 1e6)
         what = f"{self.what}, {where}"
-        return Figure(what, rate, "MS/s", self.role, found.speed, self.target, self.limit)
+        return Figure(what, rate, "MS/s", self.role, pair.speed, self.target, self.limit)
 
 
 EXTREMES = Row("cycles and extremes", with_extremes)
@@ -125,12 +125,11 @@ def measure(scale: Scale) -> list[Figure]:
     for frequency_hz, noise in ((1, 0.002), (1, 0.02), (10, 0.002), (35, 0.002)):
         where = f"{frequency_hz} Hz, noise {noise:.1%}"
         channels = recording(samples, frequency_hz, noise)
-        asked = frequency_hz == 1
+        has_target = frequency_hz == 1
+        limit = "" if has_target else MANY
         rows = [
-            replace(
-                EXTREMES, target=at_least(0.25) if asked else None, limit="" if asked else MANY
-            ),
-            replace(MEANS, target=at_least(0.12) if asked else None, limit="" if asked else MANY),
+            replace(EXTREMES, target=at_least(0.25) if has_target else None, limit=limit),
+            replace(MEANS, target=at_least(0.12) if has_target else None, limit=limit),
         ]
         figures += [row.figure(channels, where, times) for row in rows]
     angle, torque = recording(samples, 1, 0.002)

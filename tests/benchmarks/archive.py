@@ -71,7 +71,7 @@ _SPARE = "spare"
 def template(folder: Path, document: dict) -> Path:
     """Seal a run of short recordings with a result, to be copied."""
     folder.mkdir()
-    names = [each["recording"] for each in document["points"]]
+    names = [point["recording"] for point in document["points"]]
     recordings = [recording(name, samples=200, seed=number) for number, name in enumerate(names, 1)]
     inputs = {"specimen": "SN-000000", "type": "GE-0", "lot": "L-000", "operator": "Ann"}
     write_run(folder, recordings, header=header_of("run-000000", inputs=inputs, station_id="rig-0"))
@@ -101,8 +101,8 @@ def _result(document: dict, torque_nm: float) -> dict:
     headline = {**document["headline"]["compensated"], "value": torque_nm}
     method = document["headline"]["method"]
     points = [
-        {**each, "torque": {**each["torque"], "value": each["torque"]["value"] + shift}}
-        for each in document["compensations"][method]["points"]
+        {**point, "torque": {**point["torque"], "value": point["torque"]["value"] + shift}}
+        for point in document["compensations"][method]["points"]
     ]
     compensations = document["compensations"]
     verdict = "pass" if torque_nm < 0.8 else "fail"
@@ -135,8 +135,8 @@ def _change(path: Path, number: int, started: datetime, document: dict, manifest
         for name in changed:
             item = entry if name == "." else entry[name]
             items[name] = {**items[name], "sha256": object_digest(item, name)}
-        said = json.dumps({**manifest, "items": items}, sort_keys=True, separators=(",", ":"))
-        entry[MANIFEST][...] = np.frombuffer(said.encode(), np.uint8)
+        content = json.dumps({**manifest, "items": items}, sort_keys=True, separators=(",", ":"))
+        entry[MANIFEST][...] = np.frombuffer(content.encode(), np.uint8)
 
 
 FOLDERS, TURNS = 10, 9
@@ -150,11 +150,11 @@ def measure(scale: Scale) -> list[Figure]:
     with tempfile.TemporaryDirectory() as folder, ExitStack() as stack:
         document = result_document() if scale.short else demonstrated(Path(folder))
         roots = made(Path(folder), count, document)
-        found = on(roots, str(Path(folder) / "lab.sqlite"), "SQLite", raw_sqlite)
+        figures = on(roots, str(Path(folder) / "lab.sqlite"), "SQLite", raw_sqlite)
         if not has_postgresql():
-            return [*found, Figure("PostgreSQL", None, "s", note="there is none here")]
+            return [*figures, Figure("PostgreSQL", None, "s", note="there is none here")]
         place = stack.enter_context(postgresql_server())
-        return found + on(
+        return figures + on(
             roots, f"postgresql://rigrunner@/postgres{place}", "PostgreSQL", raw_postgresql
         )
 
@@ -168,7 +168,7 @@ def on(roots: list[Path], database: str, name: str, raw: Raw) -> list[Figure]:
             for question in QUESTIONS:
                 figures += searching(database, question, ask)
         figures += [frame(database), size_of_a_run(archive, len(query(database=database)))]
-    return [replace(each, what=f"{name}: {each.what}") for each in figures]
+    return [replace(figure, what=f"{name}: {figure.what}") for figure in figures]
 
 
 def indexing(archive: Database, roots: list[Path]) -> list[Figure]:
@@ -204,9 +204,9 @@ def searching(database: str, question: Question, ask: Callable[[str], object]) -
 
 def frame(database: str) -> Figure:
     count = len(query("points", database=database))
-    took = repeated(lambda: query("points", database=database).to_pandas(), 3)
+    duration = repeated(lambda: query("points", database=database).to_pandas(), 3)
     note = "rows of Python, then columns"
-    return Figure(f"{count:,} points as a data frame", took, "s", note=note)
+    return Figure(f"{count:,} points as a data frame", duration, "s", note=note)
 
 
 def size_of_a_run(archive: Database, runs: int) -> Figure:
@@ -266,16 +266,16 @@ def demonstrated(folder: Path) -> dict[str, object]:
     """Run the demonstration; return its result."""
     call("demo", "--dir", str(folder / "demo"))
     (result,) = (folder / "demo").glob("*STT-1000*/result.json")
-    found: dict[str, object] = json.loads(result.read_text(encoding="utf-8"))
-    return found
+    document: dict[str, object] = json.loads(result.read_text(encoding="utf-8"))
+    return document
 
 
 def made(folder: Path, count: int, document: object) -> list[Path]:
     """Make the run files, with this result; return the folders that hold them."""
     source = template(folder / "template", document)
-    every = make_many(folder / "all", count, source)
+    runs = make_many(folder / "all", count, source)
     roots = [folder / f"part-{number}" for number in range(FOLDERS)]
-    for number, run in enumerate(every):
+    for number, run in enumerate(runs):
         part = roots[number * FOLDERS // count] / run.parent.name
         part.mkdir(parents=True, exist_ok=True)
         run.rename(part / run.name)
@@ -283,8 +283,8 @@ def made(folder: Path, count: int, document: object) -> list[Path]:
 
 
 def files(root: Path) -> Iterator[Path]:
-    for place, _, names in os.walk(root):
-        yield from (Path(place, name) for name in names)
+    for folder, _, names in os.walk(root):
+        yield from (Path(folder, name) for name in names)
 
 
 def opened(root: Path) -> None:
@@ -323,27 +323,27 @@ def work() -> list[Work]:
         for _ in make_many(Path(folder) / "runs", count, source):
             pass
         with closing(open_archive(Path(folder) / "runs")) as archive:
-            found = partial(index, archive, [Path(folder) / "runs"])
-            statements = executed(archive, found)
-            again = calls(found)
-            nothing_new = executed(archive, found)
+            index_runs = partial(index, archive, [Path(folder) / "runs"])
+            statements = executed(archive, index_runs)
+            again_calls = calls(index_runs)
+            nothing_new = executed(archive, index_runs)
         return [
             Work("statements for a new run", statements / count, 3),
             Work("statements where nothing is new", nothing_new, 25),
-            Work("calls of functions for an unchanged run", again / count, 400),
+            Work("calls of functions for an unchanged run", again_calls / count, 400),
         ]
 
 
 def executed(archive: Database, call: Callable[[], object]) -> int:
     """Count the statements that a call executes in an archive."""
-    told: list[str] = []
+    statements: list[str] = []
 
-    def heard(_c: object, _u: object, statement: str, *_: object) -> None:
-        told.append(statement)
+    def keep(_c: object, _u: object, statement: str, *_: object) -> None:
+        statements.append(statement)
 
-    event.listen(archive._engine, "before_cursor_execute", heard)
+    event.listen(archive._engine, "before_cursor_execute", keep)
     try:
         call()
     finally:
-        event.remove(archive._engine, "before_cursor_execute", heard)
-    return len(told)
+        event.remove(archive._engine, "before_cursor_execute", keep)
+    return len(statements)

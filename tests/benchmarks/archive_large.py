@@ -78,9 +78,9 @@ def measure(scale: Scale) -> list[Figure]:
             place = stack.enter_context(postgresql_server())
             databases["PostgreSQL"] = f"postgresql://rigrunner@/postgres{place}"
         return [
-            replace(each, what=f"{engine}: {each.what}")
+            replace(figure, what=f"{engine}: {figure.what}")
             for engine, database in databases.items()
-            for each in on(database, folder / "runs", count)
+            for figure in on(database, folder / "runs", count)
         ]
 
 
@@ -95,9 +95,9 @@ def on(database: str, runs: Path, count: int) -> list[Figure]:
 
 def searching(database: str, question: Question) -> Figure:
     ask = partial(query, database=database, **question.words)
-    found = len(ask())
-    took = repeated(ask, 9).per(1e-3)
-    return Figure(question.what, took, "ms", target=at_most(100, "ms"), note=f"{found:,} rows")
+    count = len(ask())
+    duration = repeated(ask, 9).per(1e-3)
+    return Figure(question.what, duration, "ms", target=at_most(100, "ms"), note=f"{count:,} rows")
 
 
 def filled(archive: Database, runs: Path, count: int) -> None:
@@ -118,18 +118,18 @@ def filled_up(archive: Database, begin: int, count: int) -> None:
 
 def copies(dialect: str, first: int, count: int) -> Iterator[str]:
     """Yield the statements that copy the rows of run 1 for the next runs."""
-    made, last = MADE[dialect], min(first + RUNS_AT_ONCE - 1, count)
+    sql, last = MADE[dialect], min(first + RUNS_AT_ONCE - 1, count)
     numbers = (
         f"WITH RECURSIVE n(k) AS (SELECT {first} UNION ALL SELECT k + 1 FROM n WHERE k < {last})"  # noqa: S608  (our own numbers)
     )
     of_run = {
         "id": "n.k",
-        "path": f"'run-' || {made['digits']}",
-        "run_id": f"'run-' || {made['digits']}",
-        "specimen": f"'SN-' || {made['digits']}",
-        "lot": f"'L-' || {made['lot']}",
+        "path": f"'run-' || {sql['digits']}",
+        "run_id": f"'run-' || {sql['digits']}",
+        "specimen": f"'SN-' || {sql['digits']}",
+        "lot": f"'L-' || {sql['lot']}",
         "rig": "'rig-' || (n.k % 10)",
-        "started_utc": made["started_utc"],
+        "started_utc": sql["started_utc"],
         "torque_nm": TORQUE_NM,
         "verdict": f"CASE WHEN {TORQUE_NM} < 0.8 THEN 'pass' ELSE 'fail' END",
     }
@@ -158,9 +158,9 @@ def work() -> list[Work]:
         with closing(open_archive(database=database)) as archive:
             filled(archive, runs, 200)
             assert len(query(database=database)) == 200, "each of them is a run of its own"
-            few = sum(steps(archive, each) for each in QUESTIONS_OF_MANY)
+            few = sum(steps(archive, question) for question in QUESTIONS_OF_MANY)
             filled_up(archive, 201, 2000)
-            many = sum(steps(archive, each) for each in QUESTIONS_OF_MANY)
+            many = sum(steps(archive, question) for question in QUESTIONS_OF_MANY)
         return [
             Work("steps of SQLite for each further run, of six searches", (many - few) / 1800, 60)
         ]
@@ -171,7 +171,7 @@ def steps(archive: Database, question: Question) -> int:
     count, words = 0, dict(question.words)
     limit = words.pop("limit", None)
 
-    def heard() -> int:
+    def count_steps() -> int:
         nonlocal count
         count += 10
         return 0
@@ -179,7 +179,7 @@ def steps(archive: Database, question: Question) -> int:
     with archive.reading() as connection:
         statement = select_rows("runs", filters_of(**words), connection.dialect, limit)
         sqlite = connection.connection.driver_connection
-        sqlite.set_progress_handler(heard, 10)
+        sqlite.set_progress_handler(count_steps, 10)
         connection.execute(statement).all()
         sqlite.set_progress_handler(None, 0)
     return count

@@ -61,10 +61,10 @@ def study(rigs: int) -> list[Figure]:
 def reanalysis(copies: int) -> list[Figure]:
     with tempfile.TemporaryDirectory() as name:
         folder, clock = Path(name), SimulatedClock()
-        for each in ("no_load_inertia_sweep", "starting_torque_1000n"):
-            done = run(find_procedure(each), folder / "runs", clock=clock)
+        for procedure in ("no_load_inertia_sweep", "starting_torque_1000n"):
+            finished = run(find_procedure(procedure), folder / "runs", clock=clock)
         for number in range(copies):
-            shutil.copytree(done.folder, folder / "lab" / str(number))
+            shutil.copytree(finished.folder, folder / "lab" / str(number))
 
         def again(jobs: int) -> None:
             with tempfile.TemporaryDirectory(dir=folder) as out:
@@ -74,17 +74,17 @@ def reanalysis(copies: int) -> list[Figure]:
 
 
 def speed_up(what: str, call: Callable[[int], None], count: int, unit: str) -> list[Figure]:
-    found = paired(partial(call, 2), partial(call, 1), TURNS)
+    pair = paired(partial(call, 2), partial(call, 1), TURNS)
     work = Spread.of(processor_s(partial(call, 2)) / processor_s(partial(call, 1)) for _ in "12")
     minutes = count * 60
     note = "the start of the processes; the memory that both share"
     return [
-        Figure(f"{what}, 1 process", found.floor.rate(minutes), unit, "floor"),
+        Figure(f"{what}, 1 process", pair.floor.rate(minutes), unit, "floor"),
         Figure(
             f"{what}, 2 processes",
-            found.ours.rate(minutes),
+            pair.ours.rate(minutes),
             unit,
-            ratio=found.speed,
+            ratio=pair.speed,
             target=TWO,
             note=note,
         ),
@@ -112,11 +112,11 @@ def scheduler(items: int, times: int) -> list[Figure]:
     ours = repeated(lambda: list(Processes(2).outcomes(abs, numbers, NEVER)), times)
     pool = repeated(partial(by_pool, numbers), times)
     executor = repeated(partial(by_executor, numbers), times)
-    unit, each = "us/item", items / MICRO
+    unit, count = "us/item", items / MICRO
     return [
-        Figure(f"{items} empty items, 2 processes", ours.per(each), unit),
-        Figure("multiprocessing.Pool.imap", pool.per(each), unit, "peer"),
-        Figure("ProcessPoolExecutor.map", executor.per(each), unit, "peer"),
+        Figure(f"{items} empty items, 2 processes", ours.per(count), unit),
+        Figure("multiprocessing.Pool.imap", pool.per(count), unit, "peer"),
+        Figure("ProcessPoolExecutor.map", executor.per(count), unit, "peer"),
     ]
 
 
@@ -134,13 +134,14 @@ def going_on(items: int) -> Figure:
     """Return how long it takes to see that so many runs are done already."""
     with tempfile.TemporaryDirectory() as name:
         path = Path(name) / "done"
-        with journal(path, {}) as kept:
+        with journal(path, {}) as results:
             for number in range(items):
-                kept.add(json.dumps([f"rig/run-{number}", "200000000 1"]), {"torque_nm": 0.7} | ROW)
+                key = json.dumps([f"rig/run-{number}", "200000000 1"])
+                results.add(key, {"torque_nm": 0.7} | ROW)
 
         def opened() -> None:
-            with journal(path, {}) as again:
-                assert len(again) == items
+            with journal(path, {}) as results:
+                assert len(results) == items
 
         return Figure(f"going on after {items:,} items", repeated(opened, 5), "s")
 
@@ -152,10 +153,10 @@ def work() -> list[Work]:
     with tempfile.TemporaryDirectory() as name:
         task = Squares(Path(name))
         list(Processes(2).outcomes(task, list(range(50)), NEVER))
-        done = task.attempts()
+        attempts = task.attempts()
         marks = {mark.name.split("-")[1] for mark in Path(name).iterdir()}
     return [
-        Work("times that an item is done", len(done) / 50, 1),
+        Work("times that an item is done", len(attempts) / 50, 1),
         Work("processes for 50 items by two", len(marks), 2),
         Work("bytes kept for a line of the summary", bytes_kept(), 1000),
     ]
@@ -164,8 +165,8 @@ def work() -> list[Work]:
 def bytes_kept() -> float:
     with tempfile.TemporaryDirectory() as name:
         path = Path(name) / "done"
-        with journal(path, {}) as kept:
+        with journal(path, {}) as results:
             before = path.stat().st_size
-            for done in InProcess().outcomes(str, list(range(100)), NEVER):
-                kept.add(done.answer.value, ROW)
+            for outcome in InProcess().outcomes(str, list(range(100)), NEVER):
+                results.add(outcome.answer.value, ROW)
         return (path.stat().st_size - before) / 100

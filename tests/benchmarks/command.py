@@ -29,8 +29,8 @@ PEERS = ["bluesky", "openhtf", "ophyd", "orjson", "pymeasure", "qcodes", "robotf
 
 def names() -> list[str]:
     """Return the benchmarks: the modules of this folder that measure."""
-    found = sorted(FOLDER.glob("*.py"))
-    return [path.stem for path in found if "\ndef measure(" in path.read_text(encoding="utf-8")]
+    files = sorted(FOLDER.glob("*.py"))
+    return [path.stem for path in files if "\ndef measure(" in path.read_text(encoding="utf-8")]
 
 
 def benchmark(name: str) -> ModuleType:
@@ -38,18 +38,18 @@ def benchmark(name: str) -> ModuleType:
 
 
 def main(words: list[str] | None = None) -> int:
-    asked = arguments(words)
-    scale = Scale(short=asked.short, peers=Peers(asked.peers))
+    options = arguments(words)
+    scale = Scale(short=options.short, peers=Peers(options.peers))
     head = f"{machine.versions()}\nPeers: {scale.peers.versions(PEERS)}."
-    head += f"\n{SHORT}" if asked.short else ""
+    head += f"\n{SHORT}" if options.short else ""
     say(head)
     sections, failed = {}, False
-    for name in asked.names or names():
+    for name in options.names or names():
         sections[name], error = section(name, scale)
         failed |= error
         say(f"## {name}\n\n{sections[name]}")
-        if asked.markdown:  # each time: what is measured is not lost if the rest is interrupted
-            write(asked.markdown, head, sections, names())
+        if options.markdown:  # each time: what is measured is not lost if the rest is interrupted
+            write(options.markdown, head, sections, names())
     return 1 if failed else 0
 
 
@@ -70,14 +70,14 @@ def arguments(words: list[str] | None) -> argparse.Namespace:
         default=os.environ.get("RIGRUNNER_PEERS"),
         help="the Python of an environment with the extra `peers` (or RIGRUNNER_PEERS)",
     )
-    asked = parser.parse_args(words)
-    unknown = sorted(set(asked.names) - set(names()))
+    options = parser.parse_args(words)
+    unknown = sorted(set(options.names) - set(names()))
     if unknown:
         parser.error(f"no benchmark {', '.join(unknown)}; there are {', '.join(names())}")
-    if asked.peers and not Path(asked.peers).exists():
-        parser.error(f"no program {asked.peers}: give the path of that environment's python")
-    asked.peers = Path(asked.peers) if asked.peers else None
-    return asked
+    if options.peers and not Path(options.peers).exists():
+        parser.error(f"no program {options.peers}: give the path of that environment's python")
+    options.peers = Path(options.peers) if options.peers else None
+    return options
 
 
 def section(name: str, scale: Scale) -> tuple[str, bool]:
@@ -89,10 +89,10 @@ def section(name: str, scale: Scale) -> tuple[str, bool]:
     except Exception as error:  # noqa: BLE001  (a figure that fails must not cost the others)
         traceback.print_exc()
         return f"Failed: {type(error).__name__}: {error}", True
-    took = f"{time.perf_counter() - began:.0f} s, load {load} at its start"
-    took += f" ({machine.now()}, commit {machine.commit()})."
+    summary = f"{time.perf_counter() - began:.0f} s, load {load} at its start"
+    summary += f" ({machine.now()}, commit {machine.commit()})."
     rows = [replace(figure, target=None) if scale.short else figure for figure in figures]
-    return f"{about}\n\n{table(rows)}\n\n{took}", False
+    return f"{about}\n\n{table(rows)}\n\n{summary}", False
 
 
 def say(text: str) -> None:

@@ -17,8 +17,8 @@ from benchmarks.frame import Figure, Work, at_most, calls, repeated
 from benchmarks.monte_carlo import BLOCK, TRIALS, rates, trials
 from rigrunner.api.uncertainty import Input, MeasurementModel
 from rigrunner.signal.propagation import propagate
-from rigrunner_plugins.analyses.equation.model import Tree
 from rigrunner_plugins.analyses.equation.text import read
+from rigrunner_plugins.analyses.equation.tree import Tree
 
 if TYPE_CHECKING:
     from benchmarks.frame import Scale

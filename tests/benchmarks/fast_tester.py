@@ -89,8 +89,8 @@ class FastTester(SimulatedTester):
         state = self._state()
         setpoints = (state.frequency_hz, state.load_n)
         if setpoints not in self._made:
-            found = self._sample(state, round(self.sample_rate_hz), 0, FULL_SCALES)
-            self._made[setpoints] = {name: _converted(name, found[name]) for name in FULL_SCALES}
+            samples = self._sample(state, round(self.sample_rate_hz), 0, FULL_SCALES)
+            self._made[setpoints] = {name: _converted(name, samples[name]) for name in FULL_SCALES}
         return self._made[setpoints]
 
 

@@ -128,10 +128,10 @@ def pair_of(turns: Iterable[tuple[float, float]]) -> Pair:
     """Make a pair of seconds measured otherwise: (ours, floor) of each turn."""
     many = list(turns)
     return Pair(
-        ours=Spread.of(mine for mine, _ in many),
-        floor=Spread.of(bare for _, bare in many),
-        ratio=Spread.of(mine / bare for mine, bare in many),
-        speed=Spread.of(bare / mine for mine, bare in many),
+        ours=Spread.of(ours for ours, _ in many),
+        floor=Spread.of(floor for _, floor in many),
+        ratio=Spread.of(ours / floor for ours, floor in many),
+        speed=Spread.of(floor / ours for ours, floor in many),
     )
 
 
@@ -158,26 +158,26 @@ def fresh(*words: object) -> str:
     again. The first start after a change compiles them: it is not to be measured.
     """
     environment = {k: v for k, v in os.environ.items() if k != "PYTHONDONTWRITEBYTECODE"}
-    done = subprocess.run(
+    process = subprocess.run(
         [sys.executable, *map(str, words)],
         capture_output=True,
         text=True,
         check=True,
         env=environment,
     )
-    return done.stdout
+    return process.stdout
 
 
 def calls(call: Callable[[], object]) -> int:
     """Count calls of functions, of Python and of C, in this thread."""
     count = 0
 
-    def heard(_frame: object, event: str, _what: object) -> None:
+    def count_call(_frame: object, event: str, _what: object) -> None:
         nonlocal count
         count += event in ("call", "c_call")
 
     before = sys.getprofile()
-    sys.setprofile(heard)
+    sys.setprofile(count_call)
     try:
         call()
     finally:

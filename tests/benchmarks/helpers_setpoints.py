@@ -139,7 +139,7 @@ def lab_of(
     station, procedure = folder / "station.yaml", folder / "procedure.yaml"
     text = _STATION.format(blocking="yes" if blocking else "no", sync=sync)
     station.write_text(text, encoding="utf-8")
-    values = ", ".join(f"{each:.6g} N" for each in loads_n(points))
+    values = ", ".join(f"{load_n:.6g} N" for load_n in loads_n(points))
     main = (_SWEEP if sweep else _SCAN).format(values=values)
     if times > 1:
         main = _REPEATED.format(times=times, main=indent(main, 4 * " "))

@@ -107,8 +107,8 @@ def short_runs() -> tuple[StoredRun, Path]:
 def long_run(folder: Path, samples: int) -> None:
     """Write a run with so many samples in each channel of the long recording, not sealed yet."""
     stored, _ = short_runs()
-    recordings = [with_third(each) for each in stored.recordings]
-    (index,) = (k for k, one in enumerate(recordings) if one.setpoints[FREQUENCY] == LONG_HZ)
+    recordings = [with_third(recording) for recording in stored.recordings]
+    index = [recording.setpoints[FREQUENCY] for recording in recordings].index(LONG_HZ)
     recordings[index] = repeated(recordings[index], min(samples, PERIOD))
     write_run(folder, recordings, header=stored.header, block=AT_ONCE)
     if samples > PERIOD:
@@ -145,7 +145,7 @@ def lengthen(part: Path, recording: Recording) -> None:
             else:
                 _lengthen_column(item, group, name, recording.samples)
         for at in range(0, recording.samples, BLOCK):
-            digest.update({n: each[at : at + BLOCK] for n, each in recording.channels.items()})
+            digest.update({n: values[at : at + BLOCK] for n, values in recording.channels.items()})
         group.attrs.update(source.attrs)
         group.attrs["samples"], group.attrs["sha256"] = recording.samples, digest.hexdigest()
     part.unlink()
@@ -154,13 +154,15 @@ def lengthen(part: Path, recording: Recording) -> None:
 
 def _lengthen_column(item: h5py.Dataset, group: h5py.Group, name: str, samples: int) -> None:
     settings = {"chunks": item.chunks, "compression": "gzip", "compression_opts": 1}
-    made = group.create_dataset(name, (samples,), "<f8", shuffle=True, fletcher32=True, **settings)
-    made.attrs.update(item.attrs)
+    column = group.create_dataset(
+        name, (samples,), "<f8", shuffle=True, fletcher32=True, **settings
+    )
+    column.attrs.update(item.attrs)
     (chunk,) = item.chunks
-    packed = [item.id.read_direct_chunk((at,)) for at in range(0, len(item), chunk)]
-    for place in range(0, samples if "column" in item.attrs else 0, chunk):
-        mask, data = packed[place // chunk % len(packed)]
-        made.id.write_direct_chunk((place,), data, mask)
+    packed = [item.id.read_direct_chunk((offset,)) for offset in range(0, len(item), chunk)]
+    for offset in range(0, samples if "column" in item.attrs else 0, chunk):
+        mask, data = packed[offset // chunk % len(packed)]
+        column.id.write_direct_chunk((offset,), data, mask)
 
 
 def analysed(folder: Path) -> tuple[float, float]:
@@ -169,8 +171,8 @@ def analysed(folder: Path) -> tuple[float, float]:
     command = [sys.executable, "-m", "rigrunner", "analyse", str(folder), "--json"]
     command += ["--no-load", str(no_load)]
     observed = [sys.executable, "-c", OBSERVED, *command]
-    said = subprocess.run(observed, capture_output=True, text=True, check=True).stdout
-    code, seconds, memory = map(float, said.split())
+    output = subprocess.run(observed, capture_output=True, text=True, check=True).stdout
+    code, seconds, memory = map(float, output.split())
     assert code in {0, 1, 10}, code  # whatever the verdict
     return seconds, memory
 
@@ -181,16 +183,16 @@ def measure(scale: Scale) -> list[Figure]:
 
 def figures(sizes: tuple[int, ...]) -> list[Figure]:
     """Return time and memory of each size, and what each further sample takes."""
-    taken: dict[int, list[tuple[float, float]]] = {samples: [] for samples in sizes}
+    measured: dict[int, list[tuple[float, float]]] = {samples: [] for samples in sizes}
     with tempfile.TemporaryDirectory() as name:
         folders = {samples: Path(name) / str(samples) for samples in sizes}
         for samples, folder in folders.items():
             long_run(folder, samples // CHANNELS)
-        for some in [*pairwise(sizes)] or [sizes]:
-            for _ in range(turns(max(some)) if some[1:] else 1):  # one alone takes no turns
-                for samples in some:
-                    taken[samples].append(analysed(folders[samples]))
-    return [each for some in taken.items() for each in of_size(*some)] + of_further(taken)
+        for group in [*pairwise(sizes)] or [sizes]:
+            for _ in range(turns(max(group)) if group[1:] else 1):  # one alone takes no turns
+                for samples in group:
+                    measured[samples].append(analysed(folders[samples]))
+    return [figure for size in measured.items() for figure in of_size(*size)] + of_further(measured)
 
 
 def turns(samples: int) -> int:
@@ -200,7 +202,7 @@ def turns(samples: int) -> int:
 
 def of_size(samples: int, taken: list[tuple[float, float]]) -> list[Figure]:
     what = f"{samples:.3g} samples, {samples / CHANNELS / RATE_HZ:.4g} s"
-    seconds, memory = (Spread.of(each) for each in zip(*taken, strict=True))
+    seconds, memory = (Spread.of(values) for values in zip(*taken, strict=True))
     return [
         Figure(f"time, {what}", seconds, "s"),
         Figure(f"memory, {what}", memory, "MB", target=at_most(MEMORY_MB, "MB")),
@@ -209,19 +211,19 @@ def of_size(samples: int, taken: list[tuple[float, float]]) -> list[Figure]:
 
 def of_further(taken: dict[int, list[tuple[float, float]]]) -> list[Figure]:
     """Return what each further sample takes, from one size to the next."""
-    found: list[Figure] = []
+    figures: list[Figure] = []
     least = inf
     for (few, many), note in zip(pairwise(taken), chain(NOTES, repeat(LIMIT)), strict=False):
         count = turns(many)  # the last of the smaller size, the first of the larger one
         times = zip(taken[few][-count:], taken[many][:count], strict=True)
-        each = Spread.of((b - a) / (many - few) * 1e9 for (a, _), (b, _) in times)
-        what, ratio = f"each further sample, {few:.3g} to {many:.3g}", each.per(least)
-        target = LINEAR if found else None
-        found.append(
-            Figure(what, each, "ns", ratio=ratio if found else None, target=target, note=note)
+        each_ns = Spread.of((b - a) / (many - few) * 1e9 for (a, _), (b, _) in times)
+        what, ratio = f"each further sample, {few:.3g} to {many:.3g}", each_ns.per(least)
+        target = LINEAR if figures else None
+        figures.append(
+            Figure(what, each_ns, "ns", ratio=ratio if figures else None, target=target, note=note)
         )
-        least = min(least, each.median)
-    return found
+        least = min(least, each_ns.median)
+    return figures
 
 
 def work() -> list[Work]:
@@ -229,21 +231,21 @@ def work() -> list[Work]:
     with pytest.MonkeyPatch.context() as patch:
         short_cycles(patch, FEW)
         patch.setattr(waveforms, "MOST_ROWS", 64)
-        two, four = (_peak_bytes(count * FEW) for count in (2, 4))
+        two_blocks, four_blocks = (_peak_bytes(count * FEW) for count in (2, 4))
     return [
-        Work("bytes for a sample of a block, at most at once", two / FEW, 110),
-        Work("the same of four blocks, over that of two", four / two, 1.1),
+        Work("bytes for a sample of a block, at most at once", two_blocks / FEW, 110),
+        Work("the same of four blocks, over that of two", four_blocks / two_blocks, 1.1),
     ]
 
 
 def _peak_bytes(samples: int) -> float:
     stored, _ = short_runs()
-    (long,) = (each for each in stored.recordings if each.setpoints[FREQUENCY] == LONG_HZ)
-    made = repeated(with_third(long), samples)
+    (long,) = (r for r in stored.recordings if r.setpoints[FREQUENCY] == LONG_HZ)
+    longer = repeated(with_third(long), samples)
     data = run_data(stored)
-    (asked,) = parse_procedure(stored.header.procedure_text, "").model.analysis
-    spec = SwingTorque.model_validate(asked.settings)
-    return allocated_peak(lambda: prepare_point(made, data, spec, lambda _: []))
+    (settings,) = parse_procedure(stored.header.procedure_text, "").model.analysis
+    spec = SwingTorque.model_validate(settings.settings)
+    return allocated_peak(lambda: prepare_point(longer, data, spec, lambda _: []))
 
 
 if __name__ == "__main__":

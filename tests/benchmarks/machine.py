@@ -33,9 +33,9 @@ def load() -> str:
 
 
 def commit() -> str:
-    words = ["git", "-C", str(ROOT), "describe", "--always", "--dirty", "--exclude=*"]
-    done = subprocess.run(words, capture_output=True, text=True, check=False)
-    return done.stdout.strip() or "unknown"
+    command = ["git", "-C", str(ROOT), "describe", "--always", "--dirty", "--exclude=*"]
+    process = subprocess.run(command, capture_output=True, text=True, check=False)
+    return process.stdout.strip() or "unknown"
 
 
 def cpu() -> str:
@@ -43,5 +43,5 @@ def cpu() -> str:
         text = Path("/proc/cpuinfo").read_text(encoding="utf-8")
     except OSError:
         return platform.processor() or "unknown processor"
-    names = [each.partition(":")[2] for each in text.splitlines() if each.startswith("model name")]
+    names = [line.partition(":")[2] for line in text.splitlines() if line.startswith("model name")]
     return " ".join(names[0].split()) if names else platform.machine()

@@ -45,26 +45,26 @@ def measure(scale: Scale) -> list[Figure]:
     few, many = scale.of(10_000, 200), scale.of(99_980, 400)
     lines_s: list[float] = []
     figures: list[Figure] = []
-    held = {}
+    memory = {}
     for steps in (few, many):
         turns = []
         for _ in range(scale.of(3, 1)):
             lines_s.append(csv_line_s(scale.of(200_000, 2000)))
             turns.append((lines_s[-1], in_process(steps)))
-        each_s = [found["processor_s"] / steps for _, found in turns]
-        to_line = [each / line for each, (line, _) in zip(each_s, turns, strict=True)]
-        held[steps] = Spread.of([found["held_kb"] / KILO for _, found in turns])
-        bytes_each = Spread.of([found["bytes"] / steps for _, found in turns])
+        each_s = [measured["processor_s"] / steps for _, measured in turns]
+        to_line = [step_s / line for step_s, (line, _) in zip(each_s, turns, strict=True)]
+        memory[steps] = Spread.of([measured["held_kb"] / KILO for _, measured in turns])
+        bytes_each = Spread.of([measured["bytes"] / steps for _, measured in turns])
         figures += [
             Figure(f"whole run of {steps:,} steps, a step",
-                   Spread.of([each * MICRO for each in each_s]), "us",
+                   Spread.of([step_s * MICRO for step_s in each_s]), "us",
                    ratio=Spread.of(to_line), target=at_most(40), note=TIME),
             Figure(f"run.h5 of {steps:,} steps, a step", bytes_each, "B",
                    target=at_most(300, "B")),
-            Figure(f"memory of {steps:,} steps", held[steps], "MB", note=MEMORY),
+            Figure(f"memory of {steps:,} steps", memory[steps], "MB", note=MEMORY),
         ]  # fmt: skip
-    grown = (held[many].median - held[few].median) * KILO / (many - few)
-    floor = Spread.of([each * MICRO for each in lines_s])
+    grown = (memory[many].median - memory[few].median) * KILO / (many - few)
+    floor = Spread.of([line_s * MICRO for line_s in lines_s])
     return [
         Figure("csv, a line flushed", floor, "us", "floor"),
         *figures,
@@ -87,11 +87,11 @@ def csv_line_s(lines: int) -> float:
 
 def in_process(steps: int) -> dict[str, float]:
     """Return what a run of so many steps takes in a process of its own."""
-    words = [sys.executable, "-m", "benchmarks.many_steps", str(steps)]
-    place = Path(__file__).resolve().parents[1]
-    done = subprocess.run(words, cwd=place, capture_output=True, text=True, check=True)
-    found: dict[str, float] = json.loads(done.stdout.splitlines()[-1])
-    return found
+    command = [sys.executable, "-m", "benchmarks.many_steps", str(steps)]
+    tests = Path(__file__).resolve().parents[1]
+    process = subprocess.run(command, cwd=tests, capture_output=True, text=True, check=True)
+    measured: dict[str, float] = json.loads(process.stdout.splitlines()[-1])
+    return measured
 
 
 def whole_run(folder: Path, steps: int) -> FinishedRun:
@@ -143,12 +143,12 @@ def main() -> None:
     with tempfile.TemporaryDirectory() as folder:
         before_kb, began = held_kb(), time.process_time()
         finished = whole_run(Path(folder), int(sys.argv[1]))
-        found = {
+        measured = {
             "processor_s": time.process_time() - began,
             "held_kb": held_kb() - before_kb,
             "bytes": bytes_of(finished),
         }
-    sys.stdout.write(f"{json.dumps(found)}\n")
+    sys.stdout.write(f"{json.dumps(measured)}\n")
 
 
 if __name__ == "__main__":

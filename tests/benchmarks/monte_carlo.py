@@ -77,20 +77,22 @@ def numbers(draws: list[Callable[[Generator], object]], count: int) -> None:
 def needed(model: MeasurementModel) -> list[Callable[[Generator], object]]:
     """Return the bare calls of numpy's generator that the inputs of a model need."""
     alone, together = _grouped_inputs(model)
-    return [*map(_alone, alone), *(_joint(each, len(group)) for group, each in together)]
+    joint = (_joint(distribution, len(group)) for group, distribution in together)
+    return [*map(_alone, alone), *joint]
 
 
-def _alone(each: Input) -> Callable[[Generator], object]:
-    if each.distribution == "rectangular":
+def _alone(quantity: Input) -> Callable[[Generator], object]:
+    if quantity.distribution == "rectangular":
         return lambda rng: rng.uniform(-1, 1, BLOCK)
-    if each.dof == inf:
+    if quantity.dof == inf:
         return lambda rng: rng.standard_normal(BLOCK)
-    return lambda rng: rng.standard_t(each.dof, BLOCK)
+    return lambda rng: rng.standard_t(quantity.dof, BLOCK)
 
 
-def _joint(each: Distribution, size: int) -> Callable[[Generator], object]:
-    if isinstance(each, MultivariateT):
-        return lambda rng: (rng.chisquare(each.dof, BLOCK), rng.standard_normal((BLOCK, size)))
+def _joint(distribution: Distribution, size: int) -> Callable[[Generator], object]:
+    if isinstance(distribution, MultivariateT):
+        dof = distribution.dof
+        return lambda rng: (rng.chisquare(dof, BLOCK), rng.standard_normal((BLOCK, size)))
     return lambda rng: rng.standard_normal((BLOCK, size))
 
 
@@ -119,14 +121,14 @@ class Demo:
         analyse_stored(self.stored, load_registry())
 
     def draw(self, draws: int) -> None:
-        registry, found = load_registry(), self.result
-        torque = TorqueDetails.of(found)
+        registry, result = load_registry(), self.result
+        torque = TorqueDetails.of(result)
         text, name = self.stored.header.procedure_text, self.stored.header.procedure_id
-        (instrument,) = found.run.instruments.values()
+        (instrument,) = result.run.instruments.values()
         loads = [point.load_n for point in torque.loaded]
-        rig = with_known_load(found.run, instrument.channel, loads)
-        (asked,) = parse_procedure(text, name).model.analysis
-        method = SwingTorque.model_validate(asked.settings).primary_plugin
+        rig = with_known_load(result.run, instrument.channel, loads)
+        (settings,) = parse_procedure(text, name).model.analysis
+        method = SwingTorque.model_validate(settings.settings).primary_plugin
         draw_pipeline(
             registry.make("compensation", method.name, method.settings),
             Sweep(torque.loaded, torque.no_load, rig, instrument, lambda _: None),
@@ -141,35 +143,35 @@ class Demo:
 def demo() -> Demo:
     with tempfile.TemporaryDirectory() as name:
         folder, clock = Path(name), SimulatedClock()
-        for each in ("no_load_inertia_sweep", "starting_torque_1000n"):
-            done = run(find_procedure(each), folder / "runs", clock=clock)
-        return Demo(read(done.folder), done.result)
+        for procedure in ("no_load_inertia_sweep", "starting_torque_1000n"):
+            finished = run(find_procedure(procedure), folder / "runs", clock=clock)
+        return Demo(read(finished.folder), finished.result)
 
 
 def measure(scale: Scale) -> list[Figure]:
     count, times = scale.of(TRIALS, 2 * BLOCK), scale.of(15, 1)
     few = rates("4 correlated inputs", four_correlated(), count, times, MOST)
-    found = [*few, plain(count, times)]
-    return found if scale.short else [*found, *of_the_demonstration(demo(), count)]
+    figures = [*few, plain(count, times)]
+    return figures if scale.short else [*figures, *of_the_demonstration(demo(), count)]
 
 
-def of_the_demonstration(found: Demo, count: int, times: int = 7) -> list[Figure]:
-    equation = rates("the demonstration's equation", found.model, count, times)
-    return [*equation, *pipeline(found, times)]
+def of_the_demonstration(demonstration: Demo, count: int, times: int = 7) -> list[Figure]:
+    equation = rates("the demonstration's equation", demonstration.model, count, times)
+    return [*equation, *pipeline(demonstration, times)]
 
 
 def rates(
     what: str, model: MeasurementModel, count: int, times: int, target: Target = HALF
 ) -> list[Figure]:
-    found = paired(partial(trials, model, count), partial(numbers, needed(model), count), times)
+    pair = paired(partial(trials, model, count), partial(numbers, needed(model), count), times)
     label, unit = f"{what} ({len(model.inputs)})", "M trials/s"
     return [
-        Figure(f"random numbers of {label}", found.floor.rate(count / MEGA), unit, "floor"),
+        Figure(f"random numbers of {label}", pair.floor.rate(count / MEGA), unit, "floor"),
         Figure(
             f"trials of {label}",
-            found.ours.rate(count / MEGA),
+            pair.ours.rate(count / MEGA),
             unit,
-            ratio=found.speed,
+            ratio=pair.speed,
             target=target,
             note=LIMIT,
         ),
@@ -178,14 +180,14 @@ def rates(
 
 def plain(count: int, times: int) -> Figure:
     model = four_correlated()
-    found = paired(partial(trials, model, count), partial(straight, count), times)
+    pair = paired(partial(trials, model, count), partial(straight, count), times)
     note = "ratio: ours against it; one interval, no blocks, no check that it settled"
-    rate = found.floor.rate(count / MEGA)
-    return Figure("plain numpy, all at once", rate, "M trials/s", "peer", found.speed, note=note)
+    rate = pair.floor.rate(count / MEGA)
+    return Figure("plain numpy, all at once", rate, "M trials/s", "peer", pair.speed, note=note)
 
 
-def pipeline(found: Demo, times: int) -> list[Figure]:
-    pair = paired(partial(found.draw, 1), found.analyse, times)
+def pipeline(demonstration: Demo, times: int) -> list[Figure]:
+    pair = paired(partial(demonstration.draw, 1), demonstration.analyse, times)
     return [
         Figure("one analysis of the demonstration", pair.floor, "s", "floor"),
         Figure(

@@ -59,22 +59,21 @@ def started(screen):
 def stop(times):
     """Stop runs after a random time; print what each part took, in milliseconds."""
     rows = []
-    with tempfile.TemporaryDirectory() as name, served(lab(Path(name)), Path(name) / "runs") as one:
-        screen = Screen(one, "client-bench-1")
+    with tempfile.TemporaryDirectory() as tmp, served(lab(Path(tmp)), Path(tmp) / "runs") as panel:
+        screen = Screen(panel, "client-bench-1")
         for _ in range(times):
             started(screen)
             time.sleep(random.uniform(0.0, 8.0))  # noqa: S311  (no secret)
             step = screen.events[-1]["text"].split(":")[0].split(".")[-1]
-            asked = time.time()
+            asked_s = time.time()
             screen.post("stop")
-            answered = time.time()
+            answered_s = time.time()
             screen.phase("finished")
-            at = {
-                each["event"].get("action", each["event"]["event"]): seconds(each["event"]["utc"])
-                for each in screen.events[::-1]
-            }
-            rows.append([1e3 * (each - asked) for each in (answered, at["abort"], at["MadeSafe"])])
-            tell(f"{step:10}" + "".join(f"{each:9.1f}" for each in rows[-1]))
+            events = [entry["event"] for entry in screen.events[::-1]]
+            at = {event.get("action", event["event"]): seconds(event["utc"]) for event in events}
+            moments_s = (answered_s, at["abort"], at["MadeSafe"])
+            rows.append([1e3 * (moment_s - asked_s) for moment_s in moments_s])
+            tell(f"{step:10}" + "".join(f"{duration_ms:9.1f}" for duration_ms in rows[-1]))
         screen.close()
     columns = zip(*rows, strict=True)
     for what, values in zip(("answered", "acted", "first drive safe"), columns, strict=True):
@@ -88,8 +87,8 @@ def seconds(utc):
 
 def frames():
     """Print the rate of swing frames, and how old their last sample is when they arrive."""
-    with tempfile.TemporaryDirectory() as name, served(lab(Path(name)), Path(name) / "runs") as one:
-        screen, seen = Screen(one, "client-bench-1"), {}
+    with tempfile.TemporaryDirectory() as tmp, served(lab(Path(tmp)), Path(tmp) / "runs") as panel:
+        screen, seen = Screen(panel, "client-bench-1"), {}
         take = screen._take
 
         def timed(message):
@@ -103,8 +102,8 @@ def frames():
         started(screen)
         screen.phase("finished")
         screen.close()
-    for recording, found in seen.items():
-        arrived, ages = np.array(found).T
+    for recording, times in seen.items():
+        arrived, ages = np.array(times).T
         rate = (len(arrived) - 1) / np.ptp(arrived)
         tell(f"{recording:10} {rate:5.1f} swings/s shown; age at arrival median"
               f" {1e3 * np.median(ages):6.1f} ms, greatest {1e3 * ages.max():6.1f} ms")  # fmt: skip
@@ -129,8 +128,8 @@ def memory(hours):
     job = JobView(kind="run", procedure="p", station="s")
     story = Story(board, job, _NoLinks())
     story.take(Show({"plan": PlanView(estimated_s=3600.0 * hours, steps=steps)}))
-    known = {"monotonic_s": 0.0, "utc": "2026-03-01T12:00:00.000Z"}
-    start = RunStarted(seq=0, run_id="R", steps=len(steps), estimated_s=3600.0 * hours, **known)
+    times = {"monotonic_s": 0.0, "utc": "2026-03-01T12:00:00.000Z"}
+    start = RunStarted(seq=0, run_id="R", steps=len(steps), estimated_s=3600.0 * hours, **times)
     story.take(start)
     phase = 2 * np.pi * 20.0 * np.arange(1000) / 1e4
     channels = {
@@ -139,16 +138,16 @@ def memory(hours):
     began_s = time.monotonic()
     for i in range(len(steps)):
         step = {"step": f"main[{i}]", "index": i, "action": "record", "recording": f"{i:03d}"}
-        story.take(StepStarted(seq=2 * i + 1, text="record", **step, **known))
+        story.take(StepStarted(seq=2 * i + 1, text="record", **step, **times))
         for block in range(600):
             end_s = 60.0 * i + 0.1 * (block + 1)
-            taken = {"monotonic_s": end_s, "utc": known["utc"], "recording": f"{i:03d}"}
-            story.take(Samples(seq=0, block=Block(1e4, 1000 * block, end_s, channels), **taken))
+            fields = {"monotonic_s": end_s, "utc": times["utc"], "recording": f"{i:03d}"}
+            story.take(Samples(seq=0, block=Block(1e4, 1000 * block, end_s, channels), **fields))
             while story.curves.next_curve() is not None:
                 pass
             story.curves.next_trend()
             board.delta()
-        story.take(StepEnded(seq=2 * i + 2, ok=True, **step, **known))
+        story.take(StepEnded(seq=2 * i + 2, ok=True, **step, **times))
         if (i + 1) % 60 == 0:
             passed = time.monotonic() - began_s
             size = len(board.state("x"))
@@ -177,12 +176,12 @@ def hours(number):
     with tempfile.TemporaryDirectory() as name:
         text = LONG.replace("TIMES", str(60 * number))
         (Path(name) / "long.yaml").write_text(text, encoding="utf-8")
-        with served(Path(name), Path(name) / "runs") as one:
-            screen = Screen(one, "client-bench-1")
+        with served(Path(name), Path(name) / "runs") as server:
+            screen = Screen(server, "client-bench-1")
             pair = ready(screen, "long.yaml", "simulated")
             screen.post("run/start", 202, **pair, inputs={}, realtime=False)
             screen.phase("running")
-            pids = one.process.pid, rig_process(one)
+            pids = server.process.pid, rig_process(server)
             for hour in range(1, number + 1):
                 screen.until(
                     lambda state, n=60 * hour: state["progress"]["states"].count("o") > n, 600
@@ -199,7 +198,7 @@ def hours(number):
 def resident_mb(pid="self"):
     """Return the memory of a process."""
     text = Path(f"/proc/{pid}/status").read_text(encoding="utf-8")
-    line = next(each for each in text.splitlines() if each.startswith("VmRSS"))
+    line = next(line for line in text.splitlines() if line.startswith("VmRSS"))
     return int(line.split()[1]) / 1024
 
 

@@ -22,6 +22,7 @@ from playwright.sync_api import sync_playwright
 
 sys.path.insert(0, str(Path(__file__).resolve().parent.parent))
 
+from benchmarks.panel import tell
 from e2e.panel.helpers_screen import Screen, browser_path, running_panel
 from helpers_cli import call
 
@@ -63,12 +64,6 @@ PICTURED = "at 5 Hz"
 LAST = "at 35 Hz"
 
 
-def tell(text):
-    """Print a line at once."""
-    sys.stdout.write(f"{text}\n")
-    sys.stdout.flush()
-
-
 def offset_s(page):
     """Return what to add to the page's clock to get the rig's, the best of ten tries."""
     tries = []
@@ -108,19 +103,19 @@ def run(folder, picture):
         page.locator(".stop").click()
         screen.wait_for_result()
         clicked = page.evaluate("() => probe.clicked()") / 1000
-        told = [each["event"] for each in panel.get("events", RIG)["items"]]
+        events = [item["event"] for item in panel.get("events", RIG)["items"]]
         browser.close()
     drawn = defaultdict(list)
     for recording, ended_s, now_ms in noted:
         drawn[recording].append((now_ms / 1000 + offset, now_ms / 1000 + offset - ended_s))
-    for recording, found in drawn.items():
-        at, ages = np.array(found).T
-        rate = (len(at) - 1) / np.ptp(at) if len(at) > 1 else float("nan")
+    for recording, times in drawn.items():
+        drawn_s, ages = np.array(times).T
+        rate = (len(drawn_s) - 1) / np.ptp(drawn_s) if len(drawn_s) > 1 else float("nan")
         tell(f"{recording:10} {rate:5.1f} curves/s drawn; age when drawn: median"
              f" {1e3 * np.median(ages):6.1f} ms, greatest {1e3 * ages.max():6.1f} ms")  # fmt: skip
-    interrupted = next(each["utc"] for each in told if each.get("action") == "abort")
-    took = datetime.fromisoformat(interrupted).timestamp() - clicked
-    tell(f"from the click on STOP until the run is interrupted: {1e3 * took:.0f} ms")
+    interrupted = next(event["utc"] for event in events if event.get("action") == "abort")
+    stop_s = datetime.fromisoformat(interrupted).timestamp() - clicked
+    tell(f"from the click on STOP until the run is interrupted: {1e3 * stop_s:.0f} ms")
 
 
 if __name__ == "__main__":

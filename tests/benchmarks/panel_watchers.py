@@ -27,6 +27,7 @@ from websockets.asyncio.client import connect
 sys.path.insert(0, str(Path(__file__).resolve().parent.parent))
 
 from benchmarks import fast_tester, many_channels
+from benchmarks.panel import tell
 from e2e.helpers_panel import Screen, process_is_gone, ready, served, started_by
 from e2e.panel.helpers_screen import browser_path
 from helpers_workflow import edited
@@ -78,17 +79,11 @@ COUNT = """async () => {
 }"""
 
 
-def tell(text):
-    """Print a line at once."""
-    sys.stdout.write(f"{text}\n")
-    sys.stdout.flush()
-
-
 def lab(folder, seconds):
     """Make a lab with three rigs and two procedures; return its runs."""
     (folder / "plugins").mkdir()
-    for each in (fast_tester, many_channels):
-        shutil.copy(each.__file__, folder / "plugins")
+    for plugin in (fast_tester, many_channels):
+        shutil.copy(plugin.__file__, folder / "plugins")
     for name in ("fast", "other"):
         edited(
             shipped_folder() / "stations" / "simulated.yaml",
@@ -102,21 +97,21 @@ def lab(folder, seconds):
     return folder / "runs"
 
 
-def watch(address, rigs, got):
-    """Be the clients, which read what comes; count the updates of channels and the bytes."""
+def watch(address, rigs, totals):
+    """Run the clients, which read all messages; count the updates of channels and the bytes."""
 
-    async def one(number):
-        asked = f"client=watcher-{number:04d}&rig={rigs[number % len(rigs)]}"
-        async with connect(f"{address}/api/v1/events?{asked}", max_size=None) as screen:
+    async def follow(number):
+        query = f"client=watcher-{number:04d}&rig={rigs[number % len(rigs)]}"
+        async with connect(f"{address}/api/v1/events?{query}", max_size=None) as screen:
             async for message in screen:
-                with got.get_lock():
-                    got[0] += len(message)
-                    got[1 + number] += isinstance(message, str) and '"channels":' in message
+                with totals.get_lock():
+                    totals[0] += len(message)
+                    totals[1 + number] += isinstance(message, str) and '"channels":' in message
 
-    async def every():
-        await asyncio.gather(*(one(each) for each in range(CLIENTS)), return_exceptions=True)
+    async def follow_all():
+        await asyncio.gather(*(follow(number) for number in range(CLIENTS)), return_exceptions=True)
 
-    asyncio.run(every())
+    asyncio.run(follow_all())
 
 
 def cpu_s(pid):
@@ -132,16 +127,16 @@ def start(screen, procedure, station):
     screen.until(lambda state: state["prompt"] or (state["progress"] or {}).get("recording"))
 
 
-def kept(screen):
+def finish(screen):
     """Wait for the end; return the samples made, those kept in each channel, and the delay."""
     finished = screen.until(lambda state: state["phase"] == "finished", 600)["finished"]
     assert finished["outcome"] == "completed", finished
     with h5py.File(Path(finished["folder"]) / "run.h5") as file:
         (group,) = file["entry/recordings"].values()
-        made = int(group["conditions/tester_produced"][()])
+        produced = int(group["conditions/tester_produced"][()])
         names = ("angle", "torque", "velocity", "load")
-        found = [group[f"tester_{each}"].shape[0] for each in names]
-        return made, found, float(group["conditions/tester_late"][()])
+        counts = [group[f"tester_{name}"].shape[0] for name in names]
+        return produced, counts, float(group["conditions/tester_late"][()])
 
 
 def measured(what, seconds):
@@ -152,12 +147,12 @@ def measured(what, seconds):
         folder = Path(name)
         runs = lab(folder, seconds)
         with served(folder, runs) as server, sync_playwright() as playwright:
-            screens = {each: Screen(server, f"client-{each[:4]}-1", each) for each in
+            screens = {rig: Screen(server, f"client-{rig[:4]}-1", rig) for rig in
                        dict.fromkeys([*watched, *recording])}  # fmt: skip
             spawn = get_context("spawn")
-            got = spawn.Array("Q", 1 + CLIENTS)
+            totals = spawn.Array("Q", 1 + CLIENTS)
             address = server.address.replace("http", "ws", 1)
-            clients = spawn.Process(target=watch, args=(address, watched, got))
+            clients = spawn.Process(target=watch, args=(address, watched, totals))
             clients.start()
             flags = ["--no-sandbox", "--disable-gpu"]
             browser = playwright.chromium.launch(executable_path=browser_path(), args=flags)
@@ -167,19 +162,19 @@ def measured(what, seconds):
             page.goto(f"{server.address}/?rig={watched[0]}#/run")
             page.wait_for_selector("header .chip:not(.disconnected)")
             page.evaluate(COUNT)
-            for each in recording:
-                start(screens[each], "record.yaml", each)
-            wanted = (CLIENTS + 1) // len(watched)
-            for each in watched:
-                screens[each].until(lambda state: state["watchers"] >= wanted)
+            for rig in recording:
+                start(screens[rig], "record.yaml", rig)
+            watchers = (CLIENTS + 1) // len(watched)
+            for rig in watched:
+                screens[rig].until(lambda state: state["watchers"] >= watchers)
             children = started_by(server.process.pid)
             began, used = time.monotonic(), cpu_s(server.process.pid)
             others = {pid: cpu_s(pid) for pid in children}
-            before, counted = list(got), page.evaluate("counted")
+            before, counted = list(totals), page.evaluate("counted")
             page.wait_for_timeout(1000 * (seconds - 8))
             took_s = time.monotonic() - began
             share = (cpu_s(server.process.pid) - used) / took_s
-            after, counted = list(got), page.evaluate("counted") - counted
+            after, counted = list(totals), page.evaluate("counted") - counted
             for pid, command in children.items():
                 part = "rig" if "jobs.main" in command else "analyst"
                 tell(f"  process of the {part}: {100 * (cpu_s(pid) - others[pid]) / took_s:.0f} %")
@@ -189,10 +184,10 @@ def measured(what, seconds):
                  f" channels {updates[0]} to {updates[-1]} per client, {counted} in Chromium;"
                  f" {size:.0f} MB to the clients")  # fmt: skip
             browser.close()
-            for each in recording:
-                made, found, late_s = kept(screens[each])
-                lost = [made - count for count in found]
-                tell(f"{each}: {made:,} samples made, lost {lost}; fetched at most"
+            for rig in recording:
+                produced, counts, late_s = finish(screens[rig])
+                lost = [produced - count for count in counts]
+                tell(f"{rig}: {produced:,} samples made, lost {lost}; fetched at most"
                      f" {1e3 * late_s:.0f} ms late")  # fmt: skip
             clients.terminate()
             for screen in screens.values():

@@ -66,17 +66,17 @@ def main() -> None:
         "a verdict: limits, rule, risks": of_a_verdict(),
     }
     sys.stdout.write("| path | files | functions |\n|---|---|---|\n")
-    for name, found in paths.items():
-        sys.stdout.write(f"| {name} | {len(by_file(found))} | {len(found)} |\n")
-    for name, found in paths.items():
+    for name, codes in paths.items():
+        sys.stdout.write(f"| {name} | {len(by_file(codes))} | {len(codes)} |\n")
+    for name, codes in paths.items():
         sys.stdout.write(f"\n{name}\n")
-        for file, functions in by_file(found).items():
+        for file, functions in by_file(codes).items():
             sys.stdout.write(f"    {file}: {', '.join(functions)}\n")
 
 
-def by_file(found: set[CodeType]) -> dict[str, list[str]]:
+def by_file(codes: set[CodeType]) -> dict[str, list[str]]:
     files: dict[str, list[str]] = {}
-    for code in sorted(found, key=lambda each: (each.co_filename, each.co_firstlineno)):
+    for code in sorted(codes, key=lambda code: (code.co_filename, code.co_firstlineno)):
         file = str(Path(code.co_filename).relative_to(SOURCE))
         files.setdefault(file, []).append(code.co_qualname)
     return files
@@ -130,7 +130,7 @@ def counting(within: str = "") -> Iterator[Calls]:
     calls: Calls = Counter()
     depth = 0
 
-    def heard(frame: FrameType, event: str, _: object) -> None:
+    def count_call(frame: FrameType, event: str, _: object) -> None:
         nonlocal depth
         code = frame.f_code
         if event not in ("call", "return") or not code.co_filename.startswith(str(SOURCE)):
@@ -140,7 +140,7 @@ def counting(within: str = "") -> Iterator[Calls]:
         if event == "call" and (depth or not within) and "<" not in code.co_name:
             calls[code] += 1
 
-    sys.setprofile(heard)
+    sys.setprofile(count_call)
     try:
         yield calls
     finally:

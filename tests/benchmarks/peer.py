@@ -21,19 +21,19 @@ class Peers:
         """Return the numbers of the last line that the script prints, or none and why not."""
         if self.python is None or not self.python.exists():
             return [], "skipped: not installed"
-        words = [self.python, "-E", SCRIPTS / f"{script}.py", *map(str, arguments)]
+        command = [self.python, "-E", SCRIPTS / f"{script}.py", *map(str, arguments)]
         try:
-            done = subprocess.run(
-                words, capture_output=True, text=True, timeout=PATIENCE_S, check=False
+            process = subprocess.run(
+                command, capture_output=True, text=True, timeout=PATIENCE_S, check=False
             )
         except subprocess.TimeoutExpired:
             return [], f"failed: not done within {PATIENCE_S} s"
-        said = (done.stderr.strip().splitlines() or [f"exit {done.returncode}"])[-1]
-        if said.startswith("ModuleNotFoundError"):
-            return [], f"skipped: not installed ({said.partition(': ')[2]})"
-        if done.returncode:
-            return [], f"failed: {said}"
-        return [float(value) for value in json.loads(done.stdout.strip().splitlines()[-1])], ""
+        message = (process.stderr.strip().splitlines() or [f"exit {process.returncode}"])[-1]
+        if message.startswith("ModuleNotFoundError"):
+            return [], f"skipped: not installed ({message.partition(': ')[2]})"
+        if process.returncode:
+            return [], f"failed: {message}"
+        return [float(value) for value in json.loads(process.stdout.strip().splitlines()[-1])], ""
 
     def versions(self, packages: list[str]) -> str:
         """Return which of the packages the environment has, and of which version."""
@@ -44,7 +44,7 @@ class Peers:
             "for name in {d.name.lower() for d in m.distributions()} & set("
             f"{packages!r}): print(name, m.version(name))"
         )
-        done = subprocess.run(
+        process = subprocess.run(
             [self.python, "-E", "-c", ask], capture_output=True, text=True, check=False
         )
-        return ", ".join(sorted(done.stdout.splitlines())) or "none"
+        return ", ".join(sorted(process.stdout.splitlines())) or "none"

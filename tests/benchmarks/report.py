@@ -63,9 +63,9 @@ def measure(scale: Scale) -> list[Figure]:
     if not scale.short:
         fresh("-c", COLD)  # compiles
     cold = paired(partial(fresh, "-c", COLD), partial(fresh, "-c", FLOOR), times)
-    given = report_input()
-    page = html(given)
-    warm = repeated(lambda: html(given), times)
+    result = report_input()
+    page = html(result)
+    warm = repeated(lambda: html(result), times)
     limit = "matplotlib: text, ticks and layout of 14 panels; a fifth is imports"
     return [
         Figure("imports, one table, one empty figure", cold.floor, "s", "floor"),
@@ -90,19 +90,19 @@ def command(times: int) -> Figure:
     with tempfile.TemporaryDirectory() as folder:
         fresh("-m", "rigrunner", "demo", "--dir", folder)
         run = str(max(Path(folder).iterdir()))  # the later one, with the load
-        words = ("-m", "rigrunner", "report", run, "--out", f"{folder}/again.html")
-        fresh(*words)
-        spread = repeated(partial(fresh, *words), times)
+        command = ("-m", "rigrunner", "report", run, "--out", f"{folder}/again.html")
+        fresh(*command)
+        spread = repeated(partial(fresh, *command), times)
     note = "the analysis, done again (two fifths), then imports and plots (a quarter each)"
     return Figure("rigrunner report, cold", spread, "s", target=COLD_S, note=note)
 
 
 def work() -> list[Work]:
-    given = report_input()
-    page = html(given)
+    result = report_input()
+    page = html(result)
     once, twice = (html(report_input(hours(swings))) for swings in (1000, 2000))
     return [
-        Work("calls of functions for a report", calls(lambda: html(given)), 5_000_000),
+        Work("calls of functions for a report", calls(lambda: html(result)), 5_000_000),
         Work("pictures", page.count(b"data:image/svg+xml;base64,"), 6),
         Work("bytes of the report", len(page), 1_000_000),
         Work("bytes of a long run's report", len(once), 1_500_000),

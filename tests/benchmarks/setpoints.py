@@ -129,11 +129,11 @@ def against(way: str, what: str, scale: Scale, points: int) -> Figure:
     with Bench(points) as bench:
         bench.run()
         for _ in range(scale.of(9, 2)):
-            other = peer_figure(scale, way, what, points)
-            if other.value is None:
-                return Figure(what, None, "us", note=other.note)
-            values += (some := [MICRO * bench.run() / points for _ in range(scale.of(9, 2))])
-            ratios.append(Spread.of(some).median / other.value.median)
+            peer_result = peer_figure(scale, way, what, points)
+            if peer_result.value is None:
+                return Figure(what, None, "us", note=peer_result.note)
+            values += (own_us := [MICRO * bench.run() / points for _ in range(scale.of(9, 2))])
+            ratios.append(Spread.of(own_us).median / peer_result.value.median)
     ratio = Spread.of(ratios)
     return Figure(what, Spread.of(values), "us", ratio=ratio, target=at_most(1.5), note=PEER_LIMIT)
 
@@ -183,10 +183,10 @@ class Bench:
         self.points = points
         procedure, station_file = lab_of(self._folder / "lab", points, **station)
         registry = load_registry()
-        begun = time.perf_counter()
+        began = time.perf_counter()
         self._planned: Planned = plan_run(procedure, station_file, registry, WallClock())
         self._header = header_of(self._planned, "run", {})
-        self.planned_s = time.perf_counter() - begun
+        self.planned_s = time.perf_counter() - began
         self.writer: RunWriter | None = None
 
     def __enter__(self) -> Self:
@@ -199,8 +199,8 @@ class Bench:
         """Return the seconds from the start of the first point to the end of the last."""
         self.go()
         events = read_journal(RunFolder(self.folder)).events
-        first = next(one for one in events if isinstance(one, StepStarted))
-        last = next(one for one in reversed(events) if getattr(one, "measurement", ""))
+        first = next(event for event in events if isinstance(event, StepStarted))
+        last = next(event for event in reversed(events) if getattr(event, "measurement", ""))
         return last.monotonic_s - first.monotonic_s
 
     def go(self) -> None:
@@ -234,27 +234,27 @@ class Press:
 def csv_lines(points: int) -> float:
     with lines() as file:
         press, keep = Press(), csv.writer(file).writerow
-        begun = time.perf_counter()
-        for each in loads_n(points):
-            press.set(each)
+        began = time.perf_counter()
+        for load_n in loads_n(points):
+            press.set(load_n)
             torque_nm = press.read()
-            keep((each, torque_nm, torque_nm <= LIMIT_NM))
+            keep((load_n, torque_nm, torque_nm <= LIMIT_NM))
             file.flush()
-        return time.perf_counter() - begun
+        return time.perf_counter() - began
 
 
 def json_lines_synced(points: int) -> float:
     with lines() as file:
         press = Press()
-        begun = time.perf_counter()
-        for each in loads_n(points):
-            press.set(each)
+        began = time.perf_counter()
+        for load_n in loads_n(points):
+            press.set(load_n)
             torque_nm = press.read()
-            row = {"load": each, "torque": torque_nm, "ok": torque_nm <= LIMIT_NM}
+            row = {"load": load_n, "torque": torque_nm, "ok": torque_nm <= LIMIT_NM}
             file.write(json.dumps(row) + "\n")
             file.flush()
             os.fsync(file.fileno())
-        return time.perf_counter() - begun
+        return time.perf_counter() - began
 
 
 @contextmanager
@@ -293,25 +293,25 @@ def each_point(**station: object) -> dict[str, float]:
 
 def counted(points: int, **station: object) -> Counter[str]:
     """Count calls of functions, writes past all buffers, and syncs, in the thread of the run."""
-    found: Counter[str] = Counter()
+    counts: Counter[str] = Counter()
 
-    def heard(_frame: object, event: str, what: object) -> None:
+    def count_call(_frame: object, event: str, what: object) -> None:
         if event in ("call", "c_call"):
-            found["calls"] += 1
+            counts["calls"] += 1
         if event == "c_call" and (what is os.fsync or isinstance(what.__self__, io.FileIO)):
             # Tests have another one, so as not to wait for the disk.
-            found["fsync" if what is os.fsync else what.__name__] += 1
+            counts["fsync" if what is os.fsync else what.__name__] += 1
 
     with Bench(points, **station) as bench:
         bench.go()
         before = sys.getprofile()
-        sys.setprofile(heard)
+        sys.setprofile(count_call)
         try:
             bench.go()
         finally:
             sys.setprofile(before)
-        found["bytes"] = (bench.folder / "journal" / "events.journal").stat().st_size
-    return found
+        counts["bytes"] = (bench.folder / "journal" / "events.journal").stat().st_size
+    return counts
 
 
 def memory_to_plan(points: int) -> int:

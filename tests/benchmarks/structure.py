@@ -71,16 +71,16 @@ class Module:
     def import_lines(self) -> int:
         """How many lines its import statements take."""
         nodes = (
-            each for each in ast.walk(self.tree) if isinstance(each, ast.Import | ast.ImportFrom)
+            node for node in ast.walk(self.tree) if isinstance(node, ast.Import | ast.ImportFrom)
         )
-        return sum((each.end_lineno or each.lineno) - each.lineno + 1 for each in nodes)
+        return sum((node.end_lineno or node.lineno) - node.lineno + 1 for node in nodes)
 
     @property
     def comment_lines(self) -> int:
         """How many lines have a comment for a reader; marks for tools are none."""
         tokens = tokenize.generate_tokens(io.StringIO(self.text).readline)
-        comments = (each.string.lstrip("# ") for each in tokens if each.type == tokenize.COMMENT)
-        return sum(not each.startswith(("noqa", "type: ", "pragma")) for each in comments)
+        comments = (token.string.lstrip("# ") for token in tokens if token.type == tokenize.COMMENT)
+        return sum(not comment.startswith(("noqa", "type: ", "pragma")) for comment in comments)
 
     @property
     def functions(self) -> tuple[int, int]:
@@ -98,40 +98,40 @@ class Module:
 
 def modules_of(folder: Path) -> list[Module]:
     """Return the modules of a package."""
-    found = []
+    modules = []
     for path in sorted(folder.rglob("*.py")):
         parts = path.relative_to(folder.parent).with_suffix("").parts
         start = parts[-1] == "__init__"
         name = ".".join(parts[:-1] if start else parts)
-        found.append(Module(name, path.read_text(encoding="utf-8"), start))
-    return found
+        modules.append(Module(name, path.read_text(encoding="utf-8"), start))
+    return modules
 
 
 def for_one_sibling(modules: list[Module]) -> int:
     """Return how many small modules are imported by one module alone, of the same folder."""
     importers: dict[str, list[Module]] = defaultdict(list)
-    names = {each.name for each in modules}
-    for each in modules:
-        for name in each.imported & names - {each.name}:
-            importers[name].append(each)
+    names = {module.name for module in modules}
+    for module in modules:
+        for name in module.imported & names - {module.name}:
+            importers[name].append(module)
     return sum(
-        not each.is_package
-        and each.lines < SMALL
-        and [one.folder for one in importers[each.name]] == [each.folder]
-        for each in modules
+        not module.is_package
+        and module.lines < SMALL
+        and [importer.folder for importer in importers[module.name]] == [module.folder]
+        for module in modules
     )
 
 
 def row(folder: Path) -> str:
     """Return the row of a package."""
     modules = modules_of(folder)
-    lines = sum(each.lines for each in modules)
-    functions = sum(each.functions[0] for each in modules)
-    once = sum(each.functions[1] for each in modules)
+    lines = sum(module.lines for module in modules)
+    functions = sum(module.functions[0] for module in modules)
+    once = sum(module.functions[1] for module in modules)
     shares = (
         once / functions,
-        sum(each.import_lines for each in modules) / lines,
-        sum(each.comment_lines for each in modules) / lines,
+        sum(module.import_lines for module in modules) / lines,
+        sum(module.comment_lines for module in modules) / lines,
     )
     private, imports, comments = (f"{share:.1%}" for share in shares)
     cells = (
@@ -148,7 +148,7 @@ def row(folder: Path) -> str:
 
 def main(folders: list[str]) -> None:
     """Print the table."""
-    sys.stdout.write("\n".join([HEAD, *(row(Path(each)) for each in folders)]) + "\n")
+    sys.stdout.write("\n".join([HEAD, *(row(Path(folder)) for folder in folders)]) + "\n")
 
 
 if __name__ == "__main__":

@@ -41,7 +41,7 @@ MB, MS = 1e6, 1e3
 
 
 @dataclass
-class Seen:
+class Look:
     """One look at the run: when, by process its memory and CPU time, and the live point."""
 
     at_s: float
@@ -63,7 +63,7 @@ def figures(lab: Path, seconds: int) -> list[Figure]:
         finished = screen.until(lambda state: state["phase"] == "finished", PATIENCE_S)["finished"]
         screen.close()
     assert finished["outcome"] == "completed", finished
-    return told(Path(finished["folder"]), looks, seconds)
+    return figures_of(Path(finished["folder"]), looks, seconds)
 
 
 def made_lab(lab: Path, seconds: float) -> Path:
@@ -94,7 +94,7 @@ def made_lab(lab: Path, seconds: float) -> Path:
     return lab / "runs"
 
 
-def watch(screen: Screen, panel: int) -> Iterator[Seen]:
+def watch(screen: Screen, panel: int) -> Iterator[Look]:
     """Look again and again, until the run is over and begins to be analysed as a whole."""
     while screen.state["phase"] in ("starting", "running", "asking"):
         state, memory, cpu = screen.state, {}, {}
@@ -102,16 +102,16 @@ def watch(screen: Screen, panel: int) -> Iterator[Seen]:
             memory[name], cpu[name] = used(pid)
         results = (state["live"] or {}).get("results", ())
         recording = (state["progress"] or {}).get("recording", "")
-        counts = [each["readings"] for each in results if each["is_ongoing"]]
+        counts = [result["readings"] for result in results if result["is_ongoing"]]
         cycles = {recording: counts[-1]} if counts else {}
-        yield Seen(time.monotonic(), recording, memory, cpu, cycles)
+        yield Look(time.monotonic(), recording, memory, cpu, cycles)
         time.sleep(EVERY_S)
 
 
 def processes(panel: int) -> dict[str, int]:
     started = started_by(panel).items()
-    found = {name: pid for pid, command in started for name, of in PARTS.items() if of in command}
-    return {"panel": panel, **found}
+    pids = {name: pid for pid, command in started for name, of in PARTS.items() if of in command}
+    return {"panel": panel, **pids}
 
 
 def used(pid: int) -> tuple[float, float]:
@@ -124,16 +124,16 @@ def used(pid: int) -> tuple[float, float]:
     return int(fields[21]) * page / MB, (int(fields[11]) + int(fields[12])) / ticks
 
 
-def told(folder: Path, looks: list[Seen], seconds: float) -> list[Figure]:
+def figures_of(folder: Path, looks: list[Look], seconds: float) -> list[Figure]:
     recordings, events, raw = stored(folder)
-    recording = [each for each in looks if each.recording]
-    lost = sum(made - kept for made, kept, _ in recordings.values())
+    recording = [look for look in looks if look.recording]
+    lost = sum(produced - kept for produced, kept, _ in recordings.values())
     late = max(late_s for _, _, late_s in recordings.values())
     pause = pauses(events)
     size = (folder / "run.h5").stat().st_size
     rows = [
         Figure("samples lost", one(lost), "samples", target=at_most(0, "samples"),
-               note=f"of {sum(made for made, _, _ in recordings.values()):,.0f} per channel"),
+               note=f"of {sum(count for count, _, _ in recordings.values()):,.0f} per channel"),
         Figure("behind, the greatest", one(late * MS), "ms", target=at_most(100, "ms"),
                note="the buffer of the device holds 1,000 ms"),
         Figure("pause after a recording", one(max(pause) * MS), "ms",
@@ -148,8 +148,8 @@ def told(folder: Path, looks: list[Seen], seconds: float) -> list[Figure]:
 def stored(folder: Path) -> tuple[dict[str, tuple[float, int, float]], list[dict], float]:
     """Return by recording the samples made and kept and the lateness, the events, the bytes."""
     with h5py.File(folder / "run.h5") as file:
-        groups = sorted(file["entry/recordings"].values(), key=lambda each: each.attrs["number"])
-        found = {
+        groups = sorted(file["entry/recordings"].values(), key=lambda group: group.attrs["number"])
+        samples = {
             str(group.attrs["name"]): (
                 float(group["conditions/tester_produced"][()]),
                 int(group["tester_torque"].shape[0]),
@@ -158,7 +158,7 @@ def stored(folder: Path) -> tuple[dict[str, tuple[float, int, float]], list[dict
             for group in groups
         }
         events = [json.loads(text) for text in file["entry/events/json"][()]]
-    return found, events, sum(kept for _, kept, _ in found.values()) * RAW_BYTES
+    return samples, events, sum(kept for _, kept, _ in samples.values()) * RAW_BYTES
 
 
 def pauses(events: list[dict]) -> list[float]:
@@ -170,31 +170,31 @@ def pauses(events: list[dict]) -> list[float]:
     ]
 
 
-def live(looks: list[Seen], name: str, frequency_hz: float) -> Figure:
+def live(looks: list[Look], name: str, frequency_hz: float) -> Figure:
     """Return how old the newest analysed cycle was, whenever the screen was told of more."""
-    mine = [each for each in looks if each.recording == name]
-    began_s, ended_s = mine[0].at_s, mine[-1].at_s
-    lags, seen = [], 0
-    for each in mine:
-        if each.cycles.get(name, 0) > seen:
-            seen = each.cycles[name]
-            if each.at_s - began_s > LONG_S:
-                lags.append(each.at_s - began_s - seen / frequency_hz)
-    share = 100 * seen / ((ended_s - began_s) * frequency_hz)
+    looks = [look for look in looks if look.recording == name]
+    began_s, ended_s = looks[0].at_s, looks[-1].at_s
+    lags, cycles_seen = [], 0
+    for look in looks:
+        if look.cycles.get(name, 0) > cycles_seen:
+            cycles_seen = look.cycles[name]
+            if look.at_s - began_s > LONG_S:
+                lags.append(look.at_s - began_s - cycles_seen / frequency_hz)
+    share = 100 * cycles_seen / ((ended_s - began_s) * frequency_hz)
     note = f"{len(lags)} times; {share:.0f} % of the cycles analysed before the recording ended"
     value = Spread.of(lags) if lags else None
     return Figure(f"live lag at {frequency_hz:g} Hz", value, "s", note=note)
 
 
-def of_process(name: str, looks: list[Seen]) -> list[Figure]:
-    mine = [each for each in looks if name in each.memory_mb and each.recording]
-    mine = [each for each in mine if each.recording == mine[-1].recording]
-    if len(mine) < 3:
+def of_process(name: str, looks: list[Look]) -> list[Figure]:
+    looks = [look for look in looks if name in look.memory_mb and look.recording]
+    looks = [look for look in looks if look.recording == looks[-1].recording]
+    if len(looks) < 3:
         return []
-    third = len(mine) // 3
-    memory = [each.memory_mb[name] for each in mine]
+    third = len(looks) // 3
+    memory = [look.memory_mb[name] for look in looks]
     growth = median(memory[-third:]) - median(memory[third : 2 * third])
-    cpu = (mine[-1].cpu_s[name] - mine[0].cpu_s[name]) / (mine[-1].at_s - mine[0].at_s)
+    cpu = (looks[-1].cpu_s[name] - looks[0].cpu_s[name]) / (looks[-1].at_s - looks[0].at_s)
     return [
         Figure(f"memory of the {name}", one(max(memory)), "MB", note=f"growth {growth:+.0f} MB"),
         Figure(f"CPU of the {name}", one(100 * cpu), "% of a core"),

@@ -32,14 +32,14 @@ def row(figure: Figure) -> tuple[str, ...]:
     return (*cells, VERDICTS[figure.met()], figure.note)
 
 
-def spread(of: Spread) -> str:
-    if of.low == of.high:
-        return number(of.median)
-    return f"{number(of.median)} ({number(of.low)} .. {number(of.high)})"
+def spread(value: Spread) -> str:
+    if value.low == value.high:
+        return number(value.median)
+    return f"{number(value.median)} ({number(value.low)} .. {number(value.high)})"
 
 
-def target(of: Target | None) -> str:
-    return f"{'≥' if of.at_least else '≤'} {number(of.bound)} {of.unit}".strip() if of else ""
+def target(aim: Target | None) -> str:
+    return f"{'≥' if aim.at_least else '≤'} {number(aim.bound)} {aim.unit}".strip() if aim else ""
 
 
 def number(value: float) -> str:

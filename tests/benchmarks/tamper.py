@@ -27,8 +27,8 @@ WORDS = {
 }
 
 
-def said_where(flip: Flip) -> str:
-    text = " ".join(flip.said)
+def named_place(flip: Flip) -> str:
+    text = " ".join(flip.differences)
     return next((name for name, word in WORDS.items() if word in text), "nowhere")
 
 
@@ -37,28 +37,28 @@ def main(count: int = COUNT, seed: int = SEED) -> int:
         folder = Path(name)
         run_folder = quick_runs(folder)
         files = issue(run_folder, letterhead(folder / "lab"), folder / "out")
-        done = []
+        all_flips = []
         for index, flip in enumerate(flips(files, run_folder, folder / "scratch", count, seed), 1):
-            done.append(flip)
+            all_flips.append(flip)
             sys.stderr.write(f"\r{index} of {count}")
             sys.stderr.flush()
     sys.stderr.write("\n")
-    write_table(done)
-    for flip in done:
+    write_table(all_flips)
+    for flip in all_flips:
         if not (flip.found and flip.placed):
             sys.stdout.write(f"MISSED {flip}\n")
-    return sum(not (flip.found and flip.placed) for flip in done)
+    return sum(not (flip.found and flip.placed) for flip in all_flips)
 
 
-def write_table(done: list[Flip]) -> None:
+def write_table(all_flips: list[Flip]) -> None:
     sys.stdout.write("| file | changed | found | said where | as |\n|---|---:|---:|---:|---|\n")
-    for name in dict.fromkeys(flip.file for flip in done):
-        mine = [flip for flip in done if flip.file == name]
-        where = Counter(said_where(flip) for flip in mine).most_common()
+    for name in dict.fromkeys(flip.file for flip in all_flips):
+        of_file = [flip for flip in all_flips if flip.file == name]
+        where = Counter(named_place(flip) for flip in of_file).most_common()
         words = "; ".join(f"{place}: {count}" for place, count in where)
-        found, placed = sum(flip.found for flip in mine), sum(flip.placed for flip in mine)
+        found, placed = sum(flip.found for flip in of_file), sum(flip.placed for flip in of_file)
         form = "run.h5" if name == "run.h5" else Path(name).suffix.removeprefix(".").upper()
-        sys.stdout.write(f"| {form} | {len(mine)} | {found} | {placed} | {words} |\n")
+        sys.stdout.write(f"| {form} | {len(of_file)} | {found} | {placed} | {words} |\n")
 
 
 if __name__ == "__main__":

@@ -98,30 +98,30 @@ def size() -> Figure:
     sizes = core_install()
     largest = sorted(sizes, key=sizes.__getitem__, reverse=True)[:3]
     note = ", ".join(f"{name} {sizes[name] / MEGA:.0f}" for name in largest)
-    whole = Spread.of([sum(sizes.values()) / MEGA])
-    return Figure("files of a core install", whole, "MB", note=f"{len(sizes)} packages; {note}")
+    total = Spread.of([sum(sizes.values()) / MEGA])
+    return Figure("files of a core install", total, "MB", note=f"{len(sizes)} packages; {note}")
 
 
 def core_install() -> dict[str, int]:
     """Return the bytes of each package that the core requires, itself included."""
-    found: dict[str, int] = {}
-    wanted = ["rigrunner"]
-    while wanted:
-        name = re.sub(r"[-_.]+", "-", wanted.pop()).lower()
-        if name in found:
+    sizes: dict[str, int] = {}
+    remaining = ["rigrunner"]
+    while remaining:
+        name = re.sub(r"[-_.]+", "-", remaining.pop()).lower()
+        if name in sizes:
             continue
         try:
             package = distribution(name)
         except PackageNotFoundError:  # of another platform
             continue
-        found[name] = sum(map(_bytes, package.files or ()))
+        sizes[name] = sum(map(_bytes, package.files or ()))
         required = map(Requirement, package.requires or ())
-        wanted += [
-            each.name
-            for each in required
-            if each.marker is None or each.marker.evaluate({"extra": ""})
+        remaining += [
+            requirement.name
+            for requirement in required
+            if requirement.marker is None or requirement.marker.evaluate({"extra": ""})
         ]
-    return found
+    return sizes
 
 
 def _bytes(file: object) -> int:
@@ -134,9 +134,9 @@ def work() -> list[Work]:
     with tempfile.TemporaryDirectory() as name:
         lab = Path(name) / "lab"
         fresh("-m", "rigrunner", "init", lab)
-        words = ("run", lab / "procedures/room_temperature.yaml", "--station", lab / "station.yaml")
-        printed = fresh("-c", COUNT, *words, "--unattended", "--runs", lab / "runs")
-    (modules,) = json.loads(printed.splitlines()[-1])
+        run = ("run", lab / "procedures/room_temperature.yaml", "--station", lab / "station.yaml")
+        output = fresh("-c", COUNT, *run, "--unattended", "--runs", lab / "runs")
+    (modules,) = json.loads(output.splitlines()[-1])
     return [
         Work("modules of a run without an analysis", modules, 930),
         Work("packages of a core install", len(core_install()), 34),

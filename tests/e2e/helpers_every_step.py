@@ -58,7 +58,7 @@ class FaultyTester:
         self.fault: Callable[[str], None] | None = None
         self.is_hot = False
 
-    def _call(self, call: str) -> None:
+    def _before(self, call: str) -> None:
         if self.fault is not None:
             self.fault(call)
 
@@ -88,14 +88,14 @@ class FaultyTester:
         """Stay connected, for the test to inspect."""
 
     def set(self, drive: str, value: float) -> None:
-        self._call("set")
+        self._before("set")
         self.tester.set(drive, value)
 
     def read_back(self, drive: str) -> float:
         return self.tester.read_back(drive)
 
     def read(self, channels: Sequence[str]) -> Mapping[str, float]:
-        self._call("read")
+        self._before("read")
         values = dict(self.tester.read(channels))
         if self.is_hot and "temperature" in values:
             values["temperature"] = HOT_K
@@ -105,7 +105,7 @@ class FaultyTester:
         self, channels: Sequence[str], duration_s: float, stop: StopToken
     ) -> Iterator[Block]:
         for block in self.tester.stream(channels, duration_s, stop):
-            self._call("block")
+            self._before("block")
             yield block
 
     def truth(self) -> Mapping[str, float]:
@@ -154,11 +154,11 @@ class Faults:
         self.tester.fault, self.answer_error = fail, error
 
 
-def wait_until_hanging(hanging: threading.Event) -> Callable[..., bool]:
-    """Return a wait for a call that ends once the device hangs, however busy the machine is."""
+def is_over_or_hung(hanging: threading.Event) -> Callable[..., bool]:
+    """Return an `_is_over` that waits for a call only until the device hangs."""
     is_over = calling._is_over
 
-    def over(call: object, within_s: float = 0.0) -> bool:
+    def is_over_now(call: object, within_s: float = 0.0) -> bool:
         ends = time.monotonic() + within_s
         while not is_over(call, min(within_s, 0.01)):
             if hanging.is_set() or time.monotonic() > ends:
@@ -166,12 +166,12 @@ def wait_until_hanging(hanging: threading.Event) -> Callable[..., bool]:
                 return is_over(call)  # just now
         return True
 
-    return over
+    return is_over_now
 
 
 @dataclass
 class FailingAnswers(UnattendedAnswers):
-    """The procedure's own answers, or a fault instead of an answer."""
+    """The procedure's own answers; a confirmation may raise the error of a fault."""
 
     faults: Faults
 
@@ -185,8 +185,8 @@ def moment_procedure(folder: Path, name: str) -> Path:
     """Write a shipped procedure with all its steps, each as short as can be, and no analysis."""
     shipped = find_procedure(name)
     text = shipped.read_text(encoding="utf-8")
-    analysis = text[text.index("\nanalysis:") :]
-    changes = [(analysis, "\n"), ("cycles: 30}", "cycles: 1}"), ("cycles: 5}", "cycles: 1}")]
+    end = text[text.index("\nanalysis:") :]
+    changes = [(end, "\n"), ("cycles: 30}", "cycles: 1}"), ("cycles: 5}", "cycles: 1}")]
     if "cycles: 100}" in text:
         changes.append(("cycles: 100}", "cycles: 1}"))
     return edited(
@@ -237,8 +237,8 @@ def run_with_fault(
     faulty, answers = replace(planned, devices={"tester": tester}), FailingAnswers(faults)
     with (
         stop_on_signals() as stop,
-        patch.object(calling, "_is_over", wait_until_hanging(faults.hanging)),
-        patch.object(calling.MovingCall, "wait", lambda *_: None),  # it never returns
+        patch.object(calling, "_is_over", is_over_or_hung(faults.hanging)),
+        patch.object(calling.MovingCall, "wait", lambda *_: None),  # it never comes back
     ):
         listeners = [stop, arm]
         if runs is None:

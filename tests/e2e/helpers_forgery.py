@@ -20,12 +20,12 @@ def resealed(path, change):
 
 def with_content(page, change):
     """Change the JSON in an HTML page, written by `json`; `change` takes a dict."""
-    before, mark, rest = page.partition(b'id="certificate">\n')
-    data, end, after = rest.partition(b"</script>")
-    document = json.loads(data)
-    change(document)
-    text = json.dumps(document, ensure_ascii=False, indent=1)
-    escaped = text.translate({ord(character): f"\\u{ord(character):04x}" for character in "<>&"})
+    before, mark, script = page.partition(b'id="certificate">\n')
+    data, end, after = script.partition(b"</script>")
+    content = json.loads(data)
+    change(content)
+    text = json.dumps(content, ensure_ascii=False, indent=1)
+    escaped = text.translate({ord(sign): f"\\u{ord(sign):04x}" for sign in "<>&"})
     return before + mark + escaped.encode() + b"\n" + end + after
 
 

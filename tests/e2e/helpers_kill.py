@@ -70,13 +70,13 @@ def begin(folder: Path) -> int:
 def time_of_a_run(folder: Path) -> float:
     """Return how long a writer takes until its first run is sealed."""
     folder.mkdir()
-    notes, start_s, writer = folder / "notes", time.monotonic(), begin(folder)
+    notes, began, writer = folder / "notes", time.monotonic(), begin(folder)
     while not (notes.exists() and "sealed" in notes.read_text()):
         time.sleep(0.002)
-    duration_s = time.monotonic() - start_s
+    run_s = time.monotonic() - began
     os.kill(writer, signal.SIGKILL)
     os.waitpid(writer, 0)
-    return duration_s
+    return run_s
 
 
 def kill_one(folder: Path, life_s: float) -> None:
@@ -94,11 +94,11 @@ def main() -> None:
     np.zeros(1)
     longest_s = LIVES * time_of_a_run(folder / "first")
     for number in range(kills):
-        place = folder / f"kill{number:04d}"
-        place.mkdir()
+        kill_folder = folder / f"kill{number:04d}"
+        kill_folder.mkdir()
         life_s = random_life.uniform(0.0, longest_s)
-        kill_one(place, life_s)
-        print(json.dumps({"folder": str(place), "life_s": life_s}), flush=True)  # noqa: T201
+        kill_one(kill_folder, life_s)
+        print(json.dumps({"folder": str(kill_folder), "life_s": life_s}), flush=True)  # noqa: T201
 
 
 if __name__ == "__main__":

@@ -17,9 +17,10 @@ import sys
 import time
 from collections import Counter
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from e2e.helpers_kill import Noter
+from e2e.helpers_numbers import numbers
 from e2e.helpers_resume import NO_LOAD, take_up
 from helpers_workflow import START, quick_procedure, station_file
 from rigrunner.api.errors import DataError
@@ -37,6 +38,7 @@ from rigrunner.runfile import read
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
 
+    from rigrunner.api.data import Recording
     from rigrunner.runfile import StoredRun
 
 SHORT = (
@@ -57,21 +59,9 @@ PLACES = (
     "sealed, with report",
 )
 WORST_CASE = 4
-"""The greatest number of kills of a run."""
+"""The most kills of one run."""
 GIVES_UP = 0.3
 """The share of kills after which a run is left to finish."""
-
-
-def numbers(content: object, path: tuple[object, ...] = ()) -> dict[tuple[object, ...], float]:
-    """Return all numbers of a result document by place."""
-    if isinstance(content, float):
-        return {path: content}
-    parts: Any = ()
-    if isinstance(content, dict):
-        parts = content.items()
-    elif isinstance(content, list):
-        parts = enumerate(content)
-    return {at: value for name, part in parts for at, value in numbers(part, (*path, name)).items()}
 
 
 class Laboratory:
@@ -84,11 +74,11 @@ class Laboratory:
         self.station = station_file(folder, NO_DRIFT)
         self.begin(folder / "warm")
         started = time.time()
-        self.begin(folder / "whole")
-        run = run_in(folder / "whole")
+        self.begin(folder / "undisturbed")
+        run = run_in(folder / "undisturbed")
         self.life_s = time.time() - started
         self.sealed_s = (run / "run.h5").stat().st_mtime - started
-        self.whole = read(run)
+        self.undisturbed = read(run)
         self.document = json.loads((run / "result.json").read_text(encoding="utf-8"))
 
     def instant_s(self, chance: random.Random) -> float:
@@ -125,8 +115,8 @@ def run_in(place: Path) -> Path:
     return run
 
 
-def killed(work: Callable[[], None], life_s: float | None) -> bool:
-    """Do some work in a process of its own; return whether kill -9 hit it before its end."""
+def is_killed(work: Callable[[], None], life_s: float | None) -> bool:
+    """Do some work in a child process; return whether SIGKILL ended it before it was done."""
     child = os.fork()
     if child == 0:
         try:
@@ -146,40 +136,39 @@ def killed(work: Callable[[], None], life_s: float | None) -> bool:
 
 
 def check(lab: Laboratory, place: Path) -> str:
-    """Check what is on the disk after a kill, and return in words when the kill happened."""
+    """Check what is on the disk after a kill; return as text when the kill happened."""
     notes = place / "notes"
-    promised = (
-        [line.split()[1] for line in notes.read_text().splitlines()] if notes.exists() else []
-    )
+    noted = [line.split()[1] for line in notes.read_text().splitlines()] if notes.exists() else []
     if not list(place.glob("*_*")):
-        assert not promised
+        assert not noted
         return "before its folder"
     try:
         stored = read(run_in(place))
     except DataError:
-        assert not promised
+        assert not noted
         return "before its header"
     check_recordings(lab, stored)
-    kept = {recording.name for recording in stored.recordings}
-    assert set(promised) <= kept, (promised, kept)
+    stored_names = {recording.name for recording in stored.recordings}
+    assert set(noted) <= stored_names, (noted, stored_names)
     return where(stored, run_in(place))
 
 
 def check_recordings(lab: Laboratory, stored: StoredRun) -> None:
     """Compare each complete recording bit by bit with that of the uninterrupted run."""
-    originals = {rec.setpoints["tester.frequency"]: rec for rec in lab.whole.recordings}
+    expected_by_hz = {_frequency_hz(each): each for each in lab.undisturbed.recordings}
     for recording in stored.recordings:
-        original = originals[recording.setpoints["tester.frequency"]]
-        assert recording.conditions == original.conditions
-        for channel, values in original.channels.items():
-            assert recording.channels[channel].tobytes() == values.tobytes(), (
-                recording.name,
-                channel,
-            )
+        name, expected = recording.name, expected_by_hz[_frequency_hz(recording)]
+        assert recording.conditions == expected.conditions
+        for channel, values in expected.channels.items():
+            assert recording.channels[channel].tobytes() == values.tobytes(), (name, channel)
     for recording in stored.incomplete:
-        original = originals[recording.setpoints["tester.frequency"]]
+        name, expected = recording.name, expected_by_hz[_frequency_hz(recording)]
         for channel, values in recording.channels.items():
-            assert (values == original.channels[channel][: len(values)]).all(), recording.name
+            assert (values == expected.channels[channel][: len(values)]).all(), (name, channel)
+
+
+def _frequency_hz(recording: Recording) -> float:
+    return recording.setpoints["tester.frequency"]
 
 
 def where(stored: StoredRun, run: Path) -> str:
@@ -202,7 +191,7 @@ def check_end(lab: Laboratory, place: Path) -> None:
     stored = read(run)
     assert stored.info.sealed
     assert stored.info.outcome == "completed"
-    assert len(stored.recordings) == len(lab.whole.recordings)
+    assert len(stored.recordings) == len(lab.undisturbed.recordings)
     check_recordings(lab, stored)
     if not (run / "report.html").exists():
         write_report(run, lab.registry)
@@ -213,35 +202,32 @@ def check_end(lab: Laboratory, place: Path) -> None:
 def kills_of(lab: Laboratory, place: Path, chance: random.Random) -> Iterator[dict[str, str]]:
     """Kill one run, perhaps again while it is resumed, and complete it."""
     place.mkdir()
-    if not killed(lambda: lab.begin(place), lab.instant_s(chance)):
+    if not is_killed(lambda: lab.begin(place), lab.instant_s(chance)):
         return
-    place_of_kill = check(lab, place)
-    yield {"what": "run", "where": place_of_kill}
+    where_killed = check(lab, place)
+    yield {"what": "run", "where": where_killed}
     for _ in range(WORST_CASE - 1):
-        if place_of_kill.startswith(("before", "sealed")) or chance.random() < GIVES_UP:
+        if where_killed.startswith(("before", "sealed")) or chance.random() < GIVES_UP:
             break
-        if not killed(lambda: lab.resume(place), lab.instant_s(chance)):
-            place_of_kill = "sealed, with report"
+        if not is_killed(lambda: lab.resume(place), lab.instant_s(chance)):
+            where_killed = "sealed, with report"
             break
-        place_of_kill = check(lab, place)
-        yield {"what": "resume", "where": place_of_kill}
-    if place_of_kill.startswith("before"):
+        where_killed = check(lab, place)
+        yield {"what": "resume", "where": where_killed}
+    if where_killed.startswith("before"):
         return
-    if not place_of_kill.startswith("sealed"):
-        assert not killed(lambda: lab.resume(place), None)
+    if not where_killed.startswith("sealed"):
+        assert not is_killed(lambda: lab.resume(place), None)
     check_end(lab, place)
 
 
 def table(kills: list[dict[str, str]]) -> list[str]:
     """Return the lines of a Markdown table: how many kills happened where."""
-    counted = Counter((kill["where"], kill["what"]) for kill in kills)
-    rows = [(place, counted[place, "run"], counted[place, "resume"]) for place in PLACES]
+    counts = Counter((kill["where"], kill["what"]) for kill in kills)
+    rows = [(place, counts[place, "run"], counts[place, "resume"]) for place in PLACES]
     totals = ("all", sum(row[1] for row in rows), sum(row[2] for row in rows))
     head = ["| killed | while running | while being resumed |", "|---|---:|---:|"]
-    return [
-        *head,
-        *(f"| {place} | {runs} | {resumes} |" for place, runs, resumes in (*rows, totals)),
-    ]
+    return [*head, *(f"| {place} | {runs} | {again} |" for place, runs, again in (*rows, totals))]
 
 
 def main() -> None:

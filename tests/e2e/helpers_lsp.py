@@ -76,13 +76,13 @@ class YamlServer:
 
     def completions(self, path: Path, line: int, column: int) -> list[dict[str, Any]]:
         """Return the completions at a place (from 0) of an open file."""
-        result = self._at("textDocument/completion", path, line, column)
-        return list(result["items"] if isinstance(result, dict) else result or [])
+        answer = self._at("textDocument/completion", path, line, column)
+        return list(answer["items"] if isinstance(answer, dict) else answer or [])
 
     def hover(self, path: Path, line: int, column: int) -> str:
         """Return the hover text at a place (from 0) of an open file."""
-        hover = self._at("textDocument/hover", path, line, column)
-        return str(hover["contents"]["value"]) if hover else ""
+        answer = self._at("textDocument/hover", path, line, column)
+        return str(answer["contents"]["value"]) if answer else ""
 
     def _at(self, method: str, path: Path, line: int, column: int) -> Any:
         place = {"line": line, "character": column}

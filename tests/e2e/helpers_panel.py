@@ -27,51 +27,51 @@ class Server:
     """`rigrunner panel` as a process of its own."""
 
     def __init__(self, lab, runs, *options):
-        words = ["panel", "--port", "0", "--no-browser", "--procedures", lab, "--runs", runs]
+        command = ["panel", "--port", "0", "--no-browser", "--procedures", lab, "--runs", runs]
         self.process = subprocess.Popen(
-            [sys.executable, "-c", PROGRAM, *map(str, words), *options],
+            [sys.executable, "-c", PROGRAM, *map(str, command), *options],
             stderr=subprocess.PIPE,
             text=True,
         )
-        self.said = []
-        first = self.process.stderr.readline()
-        if not first.startswith("Panel: "):
+        self.output = []
+        first_line = self.process.stderr.readline()
+        if not first_line.startswith("Panel: "):
             _, output = self.process.communicate(timeout=PATIENCE_S)
-            raise AssertionError(first + output)
-        self.address = re.search(r"http://\S+?:\d+", first)[0]
+            raise AssertionError(first_line + output)
+        self.address = re.search(r"http://\S+?:\d+", first_line)[0]
         self._reader = threading.Thread(target=self._read, daemon=True)
         self._reader.start()
 
     def end(self, signal_number=None):
-        """Wait for its end and return its exit code and all its output."""
+        """Wait for its end; return its exit code and its whole output."""
         if signal_number is not None:
             self.process.send_signal(signal_number)
         code = self.process.wait(PATIENCE_S)
         self._reader.join(PATIENCE_S)
         self.process.stderr.close()
-        return code, "".join(self.said)
+        return code, "".join(self.output)
 
     def _read(self):
         with suppress(ValueError):
-            self.said.extend(iter(self.process.stderr.readline, ""))
+            self.output.extend(iter(self.process.stderr.readline, ""))
 
 
 class Screen:
     """A client with an id of its own that applies every delta of one rig."""
 
     def __init__(self, server, client, rig=None):
-        rig_query = {} if rig is None else {"rig": rig}  # needed only with several rigs
+        parameters = {} if rig is None else {"rig": rig}  # only one of several has to be named
         self.http = httpx.Client(
             base_url=server.address,
             headers={"X-Rigrunner-Client": client},
-            params=rig_query,
+            params=parameters,
             timeout=PATIENCE_S,
         )
         address = server.address.replace("http", "ws", 1)
-        query = httpx.QueryParams({"client": client} | rig_query)
+        query = httpx.QueryParams({"client": client} | parameters)
         events = connect(f"{address}/api/v1/events?{query}", max_size=None)
-        self._held = ExitStack()
-        self._socket = self._held.enter_context(events)
+        self._stack = ExitStack()
+        self._socket = self._stack.enter_context(events)
         self.state = {}
         self.frames = []
         self.rigs = []
@@ -91,9 +91,9 @@ class Screen:
     def until(self, condition, patience_s=PATIENCE_S):
         """Wait until the state meets the condition, and return it."""
         with self._news:
-            is_met = self._news.wait_for(lambda: condition(self.state), patience_s)
+            is_reached = self._news.wait_for(lambda: condition(self.state), patience_s)
         shown = {key: self.state.get(key) for key in ("phase", "asked", "finished", "alarms")}
-        assert is_met, f"still {shown}"
+        assert is_reached, f"still {shown}"
         return self.state
 
     def phase(self, *phases):
@@ -107,9 +107,9 @@ class Screen:
         self.until(lambda state: state["prompt"] != prompt)
 
     def close(self):
-        """Disconnect without a message, like a closed browser."""
+        """Disconnect without notice, like a browser that is closed."""
         self.is_closed = True
-        self._held.close()
+        self._stack.close()
         self.http.close()
 
     def _follow(self):
@@ -147,7 +147,7 @@ def served(lab, runs, *options):
 
 
 def ready(screen, procedure, station="station.yaml", name="Ann"):
-    """Take control, run the preflight, and return the arguments of a start."""
+    """Take control, check the rig, and return the arguments of a start."""
     screen.post("control", name=name, take_over=True)
     earlier = screen.state["preflight"]
     screen.post("preflight", 202, procedure=procedure, station=station)
@@ -174,13 +174,13 @@ def process_is_gone(pid, patience_s=PATIENCE_S):
 
 
 def rig_process(server):
-    """Return the id of the process that controls the rig."""
+    """Return the PID of the process that controls the rig."""
     started = started_by(server.process.pid).items()
     return next(pid for pid, command in started if "panel.jobs.main" in command)
 
 
 def started_by(pid):
-    """Return the command lines of the running children of a process, by id."""
+    """Return the command lines of the running children of a process, by PID."""
     commands = {}
     for child in psutil.Process(pid).children():
         with suppress(psutil.NoSuchProcess):
@@ -192,8 +192,8 @@ def parse_frame(content):
     """Return header and arrays of a frame, as docs/reference/panel-api.md describes it."""
     (length,) = struct.unpack_from("<I", content)
     header = json.loads(content[4 : 4 + length])
-    arrays, at = {}, 4 + length
+    arrays, offset = {}, 4 + length
     for name, count in header["arrays"]:
-        arrays[name] = np.frombuffer(content, "<f4", count, at)
-        at += 4 * count
+        arrays[name] = np.frombuffer(content, "<f4", count, offset)
+        offset += 4 * count
     return header, arrays

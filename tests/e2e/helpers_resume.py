@@ -43,8 +43,8 @@ def interrupted(tmp_path, at, *, station=None, changes=(), procedure=None):
     The procedure is the quick no-load sweep with changes, unless another one is given.
     """
     options = {"station": station, "changes": changes, "procedure": procedure}
-    (folder,), whole = interrupted_at(tmp_path, [at], **options)
-    return folder, whole
+    (folder,), finished = interrupted_at(tmp_path, [at], **options)
+    return folder, finished
 
 
 def interrupted_at(tmp_path, instants, *, station=None, changes=(), procedure=None):
@@ -54,9 +54,9 @@ def interrupted_at(tmp_path, instants, *, station=None, changes=(), procedure=No
         for number, at in enumerate(instants)
     ]
     procedure = procedure or quick_procedure(tmp_path, NO_LOAD, FEWER, *changes)
-    whole = run(procedure, tmp_path / "runs", station=station, listeners=snapshots)
+    finished = run(procedure, tmp_path / "runs", station=station, listeners=snapshots)
     assert all(snapshot.folder is not None for snapshot in snapshots)
-    return [snapshot.folder for snapshot in snapshots], whole
+    return [snapshot.folder for snapshot in snapshots], finished
 
 
 def resumable(folder, by="A. Jones", *, procedure=None, station=None):

@@ -2,7 +2,7 @@
 
 Run as a program, in tests/: `python -m e2e.helpers_rig_kills FOLDER KILLS SEED`. The rig is a file
 that outlives every process (`helpers_supply`). Killed by SIGKILL at a random instant are, in turn:
-the process of a run, that and its guardian, a run's process under the panel, the panel's server,
+the process of a run, the run and its guardian, a run's process under the panel, the panel's server,
 and both of these. After each kill two conditions must hold: no row is lost that a listener
 received; and the rig is safe, or the next start reports it before it asks anything. After that
 start it is safe, and no marker is left. Prints one JSON line per kill and a table of all; ends with
@@ -36,7 +36,7 @@ ROUND = ("run", "guardian", "run", "guardian", "panel", "run", "guardian", "serv
 """The targets in turn: under the panel each kill takes several times as long."""
 WORDS = {
     "run": "the process of a run",
-    "guardian": "that and its guardian",
+    "guardian": "the run and its guardian",
     "panel": "a run's process under the panel",
     "server": "the panel's server",
     "both": "the server and the run's process",
@@ -112,18 +112,18 @@ class Bench:
         self.life_s = time.monotonic() - began_s
 
     def warm_up(self, runs: Path) -> None:
-        """Do a complete run in this process, so that forked ones need not import again."""
-        words = ["run", self.short, "--station", self.lab.station, "--runs", runs, "--unattended"]
-        with redirect_stdout(io.StringIO()), redirect_stderr(io.StringIO()) as output:
-            assert main([str(word) for word in words]) == 0, output.getvalue()
+        """Do a whole run in this process, so that forked ones need not import anything."""
+        command = ["run", self.short, "--station", self.lab.station, "--runs", runs, "--unattended"]
+        with redirect_stdout(io.StringIO()), redirect_stderr(io.StringIO()) as stderr:
+            assert main([str(argument) for argument in command]) == 0, stderr.getvalue()
 
     def start(self, runs: Path, procedure: Path, *more: str) -> int:
         """Start a run in a process of its own, which answers yes, and return its process id.
 
-        Its output is returned by `output_of`.
+        Its output is in `output_of`.
         """
-        words = ["run", procedure, "--station", self.lab.station, "--runs", runs, *more]
-        return fork_command(words, runs)
+        command = ["run", procedure, "--station", self.lab.station, "--runs", runs, *more]
+        return run_in_fork(command, runs)
 
     def kill(self, kind: str, runs: Path, chance: random.Random) -> None:
         """Start a run, and kill the processes of the kind at a random instant of its life."""
@@ -132,9 +132,8 @@ class Bench:
             self.wait(chance, lambda: has_ended(child))
             victims = [child]
             with suppress(psutil.NoSuchProcess):
-                victims += [
-                    process.pid for process in psutil.Process(child).children(recursive=True)
-                ]
+                children = psutil.Process(child).children(recursive=True)
+                victims += [process.pid for process in children]
             kill_all(victims if kind == "guardian" else [child], chance)
             os.waitpid(child, 0)
             return
@@ -146,8 +145,8 @@ class Bench:
             with suppress(StopIteration):  # the run is over
                 run = rig_process(server)
                 self.wait(chance, lambda: is_zombie(run))
-                whom = {"panel": [run], "server": [server.process.pid]}
-                kill_all(whom.get(kind, [run, server.process.pid]), chance)
+                victims_by_kind = {"panel": [run], "server": [server.process.pid]}
+                kill_all(victims_by_kind.get(kind, [run, server.process.pid]), chance)
                 until(lambda: not psutil.pid_exists(run) or is_zombie(run))
             screen.close()
 
@@ -163,13 +162,13 @@ class Bench:
 
     def check(self, kind: str, runs: Path) -> dict[str, object]:
         """Check the state after a kill, start the next run, and return what was found."""
-        until(lambda: not is_held(self.lock))  # a guardian, and a run that ends itself, need time
-        noted = list(map(float, self.notes.read_text().split())) if self.notes.exists() else []
+        until(lambda: not is_held(self.lock))  # a guardian, and a run that ends itself, need a time
+        notes = list(map(float, self.notes.read_text().split())) if self.notes.exists() else []
         rows = [value for name in run_names(runs) for value in rows_of(runs / name)]
-        assert rows[: len(noted)] == noted, f"{noted} were told, {rows} are kept"
-        stands, marker = self.lab.stands(), read_marker(self.lab.station_id)
-        is_safe = stands == (0.0, 0.0)
-        assert is_safe or marker is not None, f"the rig is at {stands}, and no marker says so"
+        assert rows[: len(notes)] == notes, f"{notes} were told, {rows} are kept"
+        drives, marker = self.lab.stands(), read_marker(self.lab.station_id)
+        is_safe = drives == (0.0, 0.0)
+        assert is_safe or marker is not None, f"the rig is at {drives}, and no marker says so"
         child = self.start(runs, self.short)
         code, output = os.waitpid(child, 0)[1], output_of(runs)
         assert code == 0, output
@@ -179,38 +178,39 @@ class Bench:
             assert -1 < output.find("left energised by STEPS") < output.index(SPECIMEN), output
             events = read(runs / run_names(runs)[-1]).events
             assert any(getattr(event, "action", "") == "found energised" for event in events)
-        how = "told before any question"
+        conclusion = "told before any question"
         if is_safe:
-            how = (
+            conclusion = (
                 "the guardian made it safe"
                 if marker is not None
                 else "not energised, or made safe by its process"
             )
-        return {"kind": kind, "how": how, "rows": len(rows), "noted": len(noted), "stood": stands}
+        counts = {"rows": len(rows), "noted": len(notes)}
+        return {"kind": kind, "how": conclusion, **counts, "stood": drives}
 
 
-def fork_command(words: list[object], runs: Path) -> int:
-    """Call the command line in a forked process of the same session."""
+def run_in_fork(command: list[object], runs: Path) -> int:
+    """Call the command line in a child process of the same session."""
     runs.mkdir(exist_ok=True)
     child = os.fork()
     if child:
         return child
     try:
         os.dup2(os.open(os.devnull, os.O_WRONLY), 1)
-        os.dup2(os.open(runs.with_suffix(".said"), os.O_WRONLY | os.O_CREAT | os.O_TRUNC), 2)
+        os.dup2(os.open(runs.with_suffix(".stderr"), os.O_WRONLY | os.O_CREAT | os.O_TRUNC), 2)
         reading, writing = os.pipe()
         os.write(writing, b"yes\n" * 8)
         os.close(writing)
         os.dup2(reading, 0)
         sys.stdin = os.fdopen(0)
         sys.stdout, sys.stderr = os.fdopen(1, "w"), os.fdopen(2, "w")
-        os._exit(main([str(word) for word in words]))
+        os._exit(main([str(argument) for argument in command]))
     finally:
         os._exit(70)
 
 
 def output_of(runs: Path) -> str:
-    return runs.with_suffix(".said").read_text(encoding="utf-8", errors="replace")
+    return runs.with_suffix(".stderr").read_text(encoding="utf-8", errors="replace")
 
 
 def kill_all(processes: list[int], chance: random.Random) -> None:
@@ -222,7 +222,7 @@ def kill_all(processes: list[int], chance: random.Random) -> None:
 
 
 def has_ended(child: int) -> bool:
-    """Return whether a child has ended, without reaping it."""
+    """Return whether a child has ended; it can still be waited for."""
     return os.waitid(os.P_PID, child, os.WEXITED | os.WNOHANG | os.WNOWAIT) is not None
 
 
@@ -236,19 +236,19 @@ def is_zombie(process: int) -> bool:
 def until(condition) -> None:
     until_s = time.monotonic() + PATIENCE_S
     while not condition():
-        assert time.monotonic() < until_s, "the condition was not met in time"
+        assert time.monotonic() < until_s, "it has not come to its end"
         time.sleep(0.05)
 
 
 def rows_of(folder: Path) -> list[float]:
     try:
-        return [row.values["psu.voltage"] for row in read(folder).measurements]
-    except DataError:  # killed before its header was on the disk
+        return [measurement.values["psu.voltage"] for measurement in read(folder).measurements]
+    except DataError:  # it was killed before its header was on the disk
         return []
 
 
 def kills(folder: Path, number: int, seed: int):
-    """Yield the result of each kill."""
+    """Yield the state after each kill."""
     folder.mkdir(parents=True, exist_ok=True)
     chance, bench = random.Random(seed), Bench(folder)  # noqa: S311  (it is to be repeatable)
     for index in range(number):
@@ -259,16 +259,16 @@ def kills(folder: Path, number: int, seed: int):
 
 
 def table(results: list[dict[str, object]]) -> str:
-    """Return a table of the number of kills by result."""
-    ways = sorted({str(result["how"]) for result in results})
-    counted = Counter((result["kind"], result["how"]) for result in results)
-    lines = [f"| killed | kills | {' | '.join(ways)} | rows told | rows lost |"]
+    """Return the numbers of kills by their outcome, as a table."""
+    ways = sorted({str(kill["how"]) for kill in results})
+    counted = Counter((kill["kind"], kill["how"]) for kill in results)
+    lines = [f"| killed | kills | {' | '.join(ways)} | rows reported | rows lost |"]
     lines.append("|---|" + "---:|" * (len(ways) + 3))
     for kind, words in WORDS.items():
-        of_kind = [result for result in results if result["kind"] == kind]
+        of_kind = [kill for kill in results if kill["kind"] == kind]
         if of_kind:
             counts = " | ".join(str(counted[kind, way]) for way in ways)
-            rows = sum(int(str(result["noted"])) for result in of_kind)
+            rows = sum(int(str(kill["noted"])) for kill in of_kind)
             lines.append(f"| {words} | {len(of_kind)} | {counts} | {rows:,} | 0 |")
     return "\n".join(lines)
 

@@ -53,7 +53,7 @@ sys.exit(answer[0] if answer else 70)
 
 @contextmanager
 def served_command():
-    """Yield a folder for PATH with the command; it is served until the block ends."""
+    """Yield a folder for PATH that holds the command, which is served until the block ends."""
     with tempfile.TemporaryDirectory(prefix="rr-") as name:
         folder, address = Path(name) / "bin", str(Path(name) / "s")
         folder.mkdir()

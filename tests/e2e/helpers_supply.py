@@ -41,7 +41,7 @@ def _crash():
 
 
 def _hold_gil():
-    ctypes.PyDLL(None).sleep(600)  # PyDLL keeps the lock of the interpreter: no thread runs
+    ctypes.PyDLL(None).sleep(600)  # PyDLL keeps the lock of the interpreter: no thread goes on
 
 
 def _sleep():
@@ -70,7 +70,7 @@ class Supply(Driver):
     def open(self, timeout_s):
         if not self._file.exists():
             raise DeviceLostError("the supply is unplugged")
-        while self._all().get("is_held"):  # by the test, to inspect the state meanwhile
+        while self._all().get("is_held"):  # by whoever looks at what happens meanwhile
             time.sleep(0.02)
         return Identity("Example", "supply", self._serial)
 
@@ -166,11 +166,11 @@ class SupplyLab:
         return self.folder / name
 
     def put(self, **values):
-        """Set outputs of the supply."""
+        """Set values of the supply."""
         state = json.loads(self.state.read_text()) if self.state.exists() else {}
         self.state.write_text(json.dumps(state | values), encoding="utf-8")
 
     def stands(self):
-        """Return the voltage and the speed of the supply."""
+        """Return the present voltage and speed of the supply."""
         state = json.loads(self.state.read_text())
         return state["voltage"], state["speed"]

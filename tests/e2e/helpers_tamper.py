@@ -15,28 +15,28 @@ ORDER = (
     "--item-condition=as new", "--received=2026-02-27", "--authorised-by=Z. Head",
 )  # fmt: skip
 PLACES = ("changed at bytes", "/entry", "/ (file)", "the seal itself", "structure", "layout of")
-"""Words by which `verify` locates a change."""
+"""The words with which `verify` names the place."""
 
 
 @dataclass(frozen=True)
 class Flip:
-    """One changed byte, and what `verify` reported."""
+    """One changed byte, and the reported differences."""
 
     file: str
     at: int
     bits: int
     code: int
-    said: tuple[str, ...]
+    differences: tuple[str, ...]
 
     @property
     def found(self) -> bool:
-        """Whether the change was reported, without a traceback."""
-        return self.code == 1 and bool(self.said)
+        """Whether a difference was reported, without a traceback."""
+        return self.code == 1 and bool(self.differences)
 
     @property
     def placed(self) -> bool:
-        """Whether the change was located."""
-        return any(place in line for line in self.said for place in PLACES)
+        """Whether the place was reported."""
+        return any(place in line for line in self.differences for place in PLACES)
 
 
 def quick_runs(folder: Path) -> Path:
@@ -49,19 +49,19 @@ def quick_runs(folder: Path) -> Path:
 
 def letterhead(folder: Path) -> Path:
     """Make a lab folder, and return its letterhead."""
-    initialised = call("init", folder)
-    assert initialised.code == 0, initialised.err
+    result = call("init", folder)
+    assert result.code == 0, result.err
     return folder / "letterhead"
 
 
 def issue(run_folder: Path, letterhead: Path, out: Path, *more: str) -> list[Path]:
     """Issue a specimen; return its files."""
-    done = call(
+    result = call(
         "certify", run_folder, *ORDER, "--letterhead", letterhead, "--out", out,
         "--not-for-certification", *more,
     )  # fmt: skip
-    assert done.code == 0, done.err
-    return [Path(line) for line in done.out.splitlines()]
+    assert result.code == 0, result.err
+    return [Path(line) for line in result.out.splitlines()]
 
 
 def flips(files: list[Path], run_folder: Path, scratch: Path, count: int, seed: int):
@@ -75,10 +75,10 @@ def flips(files: list[Path], run_folder: Path, scratch: Path, count: int, seed: 
     for index in range(count):
         name = list(originals)[index % len(originals)]
         content = bytearray(originals[name])
-        at, bits = rng.randrange(len(content)), rng.randrange(1, 256)
-        content[at] ^= bits
+        offset, bits = rng.randrange(len(content)), rng.randrange(1, 256)
+        content[offset] ^= bits
         (scratch / name).write_bytes(content)
-        done = call("verify", scratch / certificate)
+        result = call("verify", scratch / certificate)
         (scratch / name).write_bytes(originals[name])
-        said = tuple(line for line in done.out.splitlines() if line.startswith("DIFFERS"))
-        yield Flip(name, at, bits, done.code, said)
+        differences = tuple(line for line in result.out.splitlines() if line.startswith("DIFFERS"))
+        yield Flip(name, offset, bits, result.code, differences)

@@ -94,7 +94,7 @@ def test_a_stop_while_the_process_still_starts_ends_it_in_order(screen, server, 
     assert finished["outcome"] == "aborted"
     assert finished["reason"].startswith("stopped at the panel")
     assert "resume" not in finished["hint"]
-    assert "Fatal Python error" not in "".join(server.said)
+    assert "Fatal Python error" not in "".join(server.output)
 
 
 @pytest.mark.thorough

@@ -1,1 +1,1 @@
-"""Numbers of shipped procedures and of faulty rigs that must not move unless a commit says why."""
+"""Numbers of shipped procedures and of faulty rigs, which change only with a stated reason."""

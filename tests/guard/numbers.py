@@ -1,4 +1,4 @@
-"""The numbers of a result under flat names, and what moved between two such lists.
+"""The numbers of a result under flat names, and the differences of two such dicts.
 
 The names are the guard's own: where the layout of a result changes, the look-ups here follow, and
 the recorded names and numbers stay.
@@ -14,18 +14,18 @@ if TYPE_CHECKING:
 
 Flat = dict[str, Any]
 RELATIVE = 1e-9
-"""How far a value may move, of itself."""
+"""Allowed change of a value, relative to itself."""
 OF_U = 1e-6
-"""How far a value may move, of its expanded uncertainty; and an uncertainty, of itself."""
+"""Allowed change of a value relative to its U, and of an uncertainty relative to itself."""
 OF_LINES = 1e-5
-"""The same for lines of the budget (of its U) and for what serves checks alone.
+"""The same for lines of the budget (relative to U) and for values that only checks use.
 
 A processor without AVX2 moves some of them by 4e-6, and no result beyond the limits above.
 """
 
 
 def flat(result: Mapping[str, Any]) -> Flat:
-    """Return what was found: values, uncertainties, the verdict and each check, by flat names."""
+    """Return values, uncertainties, the verdict and each check of a result, by flat names."""
     return {name: value for name, value in _pairs(result) if value is not None}
 
 
@@ -38,64 +38,64 @@ def _pairs(result: Mapping[str, Any]) -> Iterator[tuple[str, Any]]:
     yield from _decision(result["decision"])
     yield from _checks("check", result["checks"])
     for point in result["points"]:
-        at = point["recording"]
-        yield from _quantity(f"{at} frequency", point["frequency"])
-        yield f"{at} raw peak", point["raw_peak"]["mean"]["value"]
-        yield f"{at} cycles kept", point["raw_peak"]["cycles_kept"]
-    for method, found in result["compensations"].items():
-        for number, point in enumerate(found["points"] or ()):
+        recording = point["recording"]
+        yield from _quantity(f"{recording} frequency", point["frequency"])
+        yield f"{recording} raw peak", point["raw_peak"]["mean"]["value"]
+        yield f"{recording} cycles kept", point["raw_peak"]["cycles_kept"]
+    for method, compensation in result["compensations"].items():
+        for number, point in enumerate(compensation["points"] or ()):
             yield from _quantity(f"{method} {number} torque", point["torque"])
-        for name, value in (found["parameters"] or {}).items():
+        for name, value in (compensation["parameters"] or {}).items():
             yield from _quantity(f"parameter {method} {name}", value)
-        yield from _checks(f"{method} check", found["checks"])
+        yield from _checks(f"{method} check", compensation["checks"])
     for fit in result["fits"]:
         for name, value in ((fit["curve"] or {}).get("coefficients") or {}).items():
             yield f"fit {fit['name']} {name}", value["value"]
             yield f"fit {fit['name']} {name} u", value["standard_uncertainty"]
 
 
-def _quantity(name: str, found: Mapping[str, Any] | None) -> Iterator[tuple[str, Any]]:
-    if found is None:
+def _quantity(name: str, quantity: Mapping[str, Any] | None) -> Iterator[tuple[str, Any]]:
+    if quantity is None:
         return
-    yield name, found["value"]
-    yield f"{name} U", found.get("expanded_uncertainty_95")
+    yield name, quantity["value"]
+    yield f"{name} U", quantity.get("expanded_uncertainty_95")
 
 
-def _decision(found: Mapping[str, Any] | None) -> Iterator[tuple[str, Any]]:
-    if found is None:
+def _decision(decision: Mapping[str, Any] | None) -> Iterator[tuple[str, Any]]:
+    if decision is None:
         return
-    yield "verdict", found["verdict"]
-    yield "probability of conformity", found["probability_of_conformity"]
-    yield "false accept", found["stated_risk"]["false_accept"]
+    yield "verdict", decision["verdict"]
+    yield "probability of conformity", decision["probability_of_conformity"]
+    yield "false accept", decision["stated_risk"]["false_accept"]
 
 
-def _checks(kind: str, found: list[Mapping[str, Any]]) -> Iterator[tuple[str, Any]]:
-    for number, each in enumerate(found):
-        name = f"{kind} {number} {each['name']}"
-        yield name, each["ok"]
-        yield f"{name}, value", each["value"]
+def _checks(kind: str, checks: list[Mapping[str, Any]]) -> Iterator[tuple[str, Any]]:
+    for number, check in enumerate(checks):
+        name = f"{kind} {number} {check['name']}"
+        yield name, check["ok"]
+        yield f"{name}, value", check["value"]
 
 
-def moved(before: Flat, now: Flat) -> list[str]:
-    """Return in words what is gone, new or different, but for rounding; empty where nothing is."""
+def differences(before: Flat, now: Flat) -> list[str]:
+    """Return a text for each number that is gone, new or different beyond rounding."""
     gone = [f"{name}: gone, was {before[name]}" for name in before if name not in now]
     new = [f"{name}: new, is {now[name]}" for name in now if name not in before]
-    other = [
+    changed = [
         f"{name}: {before[name]!r} -> {now[name]!r}"
         for name in before
         if name in now and not _same(before[name], now[name], _allowed(name, before))
     ]
-    return gone + new + other
+    return gone + new + changed
 
 
 def _allowed(name: str, before: Flat) -> float:
-    """Return how far a number may move in its own unit, beyond RELATIVE."""
+    """Return the allowed change of a number in its own unit, beyond RELATIVE."""
     run, is_of_budget, _ = name.partition("budget, ")  # a line may have ': ' in its name
     if is_of_budget:
         return OF_LINES * before.get(f"{run}headline compensated U", 0.0)
     line = name.rpartition(": ")[2]
     if line == "probability of conformity":
-        return OF_U  # it moves with U
+        return OF_U  # it changes with U
     is_diagnostic = line.startswith("parameter ") or line.endswith(", value")
     share = OF_LINES if is_diagnostic else OF_U
     if line.endswith((" U", " u", ", value")):

@@ -42,7 +42,7 @@ _COMMON_FAULTS = (
     ("sensors", "range", 4.0, 6.5, "N·m"),  # clips
     ("sensors", "spike_probability", 0.02, 0.3, "%"),
     ("sensors", "noise", 0.05, 0.2, "N·m"),
-    ("sensors", "low_pass", 300, 800, "Hz"),  # another one than the register says
+    ("sensors", "low_pass", 300, 800, "Hz"),  # not that of the register
     ("sensors", "torque_delay", 0.05, 0.4, "ms"),
     ("sensors", "encoder_noise", 0.003, 0.02, "deg"),
     ("sensors", "drift", 0.05, 0.2, "N·m"),
@@ -57,7 +57,7 @@ _CLOSED_FORM_FAULTS = (
 
 def station(seed: int) -> str:
     """Return the station file of one rig."""
-    draw = random.Random(seed)  # noqa: S311  (a repeatable draw is what is wanted)
+    draw = random.Random(seed)  # noqa: S311  (the draw must be repeatable)
     is_ode = seed % _ODE_EVERY == _ODE_EVERY - 1
     faults = _COMMON_FAULTS if is_ode else _COMMON_FAULTS + _CLOSED_FORM_FAULTS
     settings: dict[str, object] = {"seed": seed}

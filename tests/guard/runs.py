@@ -23,38 +23,38 @@ SHIPPED = {
     "no_load_breakaway": ("simulated_bench", []),
     "paper_reproduction": ("paper", []),
 }
-"""Each shipped procedure: its station, and what is run before it."""
+"""Each shipped procedure: its station, and the procedures to run before it."""
 
 
 def shipped(name: str, folder: Path) -> Flat:
-    """Run a shipped procedure and what it needs before; return what it found."""
-    where, before = SHIPPED[name]
-    for each in before:
-        _run(each, where, folder)
-    return _run(name, where, folder)
+    """Run a shipped procedure after those that it needs; return its numbers."""
+    station_name, before = SHIPPED[name]
+    for needed in before:
+        _run(needed, station_name, folder)
+    return _run(name, station_name, folder)
 
 
 def faulty_rig(seed: int, folder: Path) -> Flat:
-    """Run the guard's two procedures on one of its rigs; return what both found."""
+    """Run the guard's two procedures on one of its rigs; return the numbers of both."""
     file = folder / "station.yaml"
     file.write_text(station(seed), encoding="utf-8")
-    found = {}
+    numbers = {}
     for name in ("no_load", "loaded"):
-        one = _run(str(HERE / f"{name}.yaml"), str(file), folder)
-        found |= {f"{name}: {key}": value for key, value in one.items()}
-    return found
+        run_numbers = _run(str(HERE / f"{name}.yaml"), str(file), folder)
+        numbers |= {f"{name}: {key}": value for key, value in run_numbers.items()}
+    return numbers
 
 
-def _run(procedure: str, where: str, folder: Path) -> Flat:
-    """Return the exit code and what was found; of a run that has no result the code alone."""
+def _run(procedure: str, station_name: str, folder: Path) -> Flat:
+    """Return the exit code and the numbers; without a result only the exit code."""
     runs = folder / "runs"
-    known = set(runs.glob("*"))
-    called = call(
-        "run", procedure, "--station", where, "--runs", str(runs), "--unattended", "--json"
+    known_runs = set(runs.glob("*"))
+    output = call(
+        "run", procedure, "--station", station_name, "--runs", str(runs), "--unattended", "--json"
     )
-    found: dict[str, Any] = {"exit code": int(called.code)}
-    for new in set(runs.glob("*")) - known:
-        result = new / "result.json"
+    numbers: dict[str, Any] = {"exit code": int(output.code)}
+    for run in set(runs.glob("*")) - known_runs:
+        result = run / "result.json"
         if result.exists():
-            found |= flat(json.loads(result.read_text(encoding="utf-8")))
-    return found
+            numbers |= flat(json.loads(result.read_text(encoding="utf-8")))
+    return numbers

@@ -20,7 +20,7 @@ from typing import TYPE_CHECKING, Any
 import pytest
 
 from mutation.mutants import Mutant, mutated, sample
-from mutation.record import Known, record
+from mutation.record import RecordedTest, record
 from mutation.trial import SURVIVED, UNTESTED, Change, Collected, Patience, Verdict, try_anew
 
 if TYPE_CHECKING:
@@ -96,72 +96,72 @@ EQUIVALENT = Path(__file__).with_name("equivalent.toml")
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Return 1 if a mutant survived that is not listed as equivalent."""
-    given = _parser().parse_args(arguments)
-    root = given.root.resolve()
+    options = _parser().parse_args(arguments)
+    root = options.root.resolve()
     os.chdir(root)
-    places = [str(root / each) for each in given.packages]
-    sys.path[:0] = places
-    os.environ["PYTHONPATH"] = os.pathsep.join(places)  # for programs that tests start
-    given.tests = [each for each in given.tests if Path(each).exists()]
-    paths = [path for each in given.sources for path in _modules(root / each)]
-    mutants = sample(root, paths, given.mutants, given.seed)
-    numbered = {n: each for n, each in enumerate(mutants, 1) if n in (given.only or [n])}
-    known = _known(paths, given.tests, given.keep)
-    equivalent = _equivalent(given.equivalent)
-    print(f"commit {_commit()}, seed {given.seed}, {len(mutants)} mutants, {len(known)} tests")
+    package_paths = [str(root / package) for package in options.packages]
+    sys.path[:0] = package_paths
+    os.environ["PYTHONPATH"] = os.pathsep.join(package_paths)  # for programs that tests start
+    options.tests = [test for test in options.tests if Path(test).exists()]
+    paths = [path for source in options.sources for path in _modules(root / source)]
+    mutants = sample(root, paths, options.mutants, options.seed)
+    numbered = {n: mutant for n, mutant in enumerate(mutants, 1) if n in (options.only or [n])}
+    recorded = _recorded_tests(paths, options.tests, options.keep)
+    equivalent = _equivalent(options.equivalent)
+    print(f"commit {_commit()}, seed {options.seed}, {len(mutants)} mutants, {len(recorded)} tests")
     began = time.monotonic()
-    outcomes = _tried(numbered, known, root, given, equivalent)
+    outcomes = _try_all(numbered, recorded, root, options, equivalent)
     _summarise(outcomes, equivalent, time.monotonic() - began)
     return int(any(not v.is_found and (m.path, m.change) not in equivalent for m, v in outcomes))
 
 
-def _tried(
+def _try_all(
     numbered: Mapping[int, Mutant],
-    known: Sequence[Known],
+    recorded: Sequence[RecordedTest],
     root: Path,
-    given: argparse.Namespace,
+    options: argparse.Namespace,
     equivalent: Mapping[tuple[str, str], str],
 ) -> list[tuple[Mutant, Verdict]]:
     """Try all mutants: quickly where a function changes; what survives that, with all again.
 
     What is done once, when a module is imported, notices only the second.
     """
-    patience = Patience(given.times, given.more)
+    patience = Patience(options.times, options.more)
     functions: dict[int, Any] = {}
     changes: dict[int, Change] = {}
     for number, mutant in numbered.items():
         tree = mutated(mutant, (root / mutant.path).read_text(encoding="utf-8"))
-        changes[number] = Change(_module(mutant.path, given.packages), root / mutant.path, tree)
+        changes[number] = Change(_module(mutant.path, options.packages), root / mutant.path, tree)
         changed = changes[number].functions()
         if changed is not None:
             functions[number] = changed
 
-    def tests_of(number: int) -> list[Known]:
+    def tests_of(number: int) -> list[RecordedTest]:
         mutant = numbered[number]
         lines = mutant.lines if number in functions else (1, sys.maxsize)
-        found = (each for each in known if each.runs(str(root / mutant.path), *lines))
-        return _within(found, given.budget)
+        candidates = (test for test in recorded if test.runs(str(root / mutant.path), *lines))
+        return _within(candidates, options.budget)
 
     def try_functions(collected: Collected) -> Iterator[tuple[int, Verdict]]:
-        _must_pass(collected, known[:UNCHANGED], patience)
+        _must_pass(collected, recorded[:UNCHANGED], patience)
         killers = set[str]()
         for number, changed in functions.items():
             verdict = collected.try_functions(changed, tests_of(number), patience)
             if verdict.is_found:
                 killers.add(verdict.by)
-                _tell(number, numbered[number], verdict, "", told=given.verbose)
+                _print_verdict(number, numbered[number], verdict, "", shown=options.verbose)
             yield number, verdict
-        _must_pass(collected, [each for each in known if each.name in killers], patience)
+        _must_pass(collected, [test for test in recorded if test.name in killers], patience)
 
-    quick = dict(_apart(lambda: _collected(try_functions, given.tests)))
+    quick = dict(_in_fork(lambda: _collected(try_functions, options.tests)))
     verdicts = {number: Verdict(*quick[number]) for number in functions}
     for number, mutant in numbered.items():
         if number not in verdicts or verdicts[number].outcome == SURVIVED:
             verdict = verdicts[number] = try_anew(changes[number], tests_of(number), patience)
-            told = given.verbose or not verdict.is_found
-            _tell(number, mutant, verdict, _why(equivalent, mutant), told=told)
+            shown = options.verbose or not verdict.is_found
+            _print_verdict(number, mutant, verdict, _why(equivalent, mutant), shown=shown)
         elif not verdicts[number].is_found:
-            _tell(number, mutant, verdicts[number], _why(equivalent, mutant), told=True)
+            _print_verdict(number, mutant, verdicts[number], _why(equivalent, mutant), shown=True)
     return [(mutant, verdicts[number]) for number, mutant in numbered.items()]
 
 
@@ -169,11 +169,11 @@ def _collected(
     try_them: Callable[[Collected], Iterator[tuple[int, Verdict]]], tests: Sequence[str]
 ) -> list[Any]:
     """Collect the tests, and return what becomes of the mutants; [] if they cannot be collected."""
-    found: list[Any] = []
+    verdicts: list[Any] = []
 
     def use(collected: Collected) -> None:
         for number, verdict in try_them(collected):
-            found.append((number, [verdict.outcome, verdict.by, verdict.tests]))
+            verdicts.append((number, [verdict.outcome, verdict.by, verdict.tests]))
 
     with tempfile.TemporaryDirectory() as folder:
         os.environ["HYPOTHESIS_STORAGE_DIRECTORY"] = folder
@@ -181,10 +181,10 @@ def _collected(
         sys.dont_write_bytecode = True
         if pytest.main([*options, *tests], plugins=[Collected(use)]):
             return []
-    return found
+    return verdicts
 
 
-def _must_pass(collected: Collected, tests: Sequence[Known], patience: Patience) -> None:
+def _must_pass(collected: Collected, tests: Sequence[RecordedTest], patience: Patience) -> None:
     """Run tests without a change: one that fails then has told nothing of any mutant.
 
     None of them hangs; they take as long as the machine needs.
@@ -192,7 +192,7 @@ def _must_pass(collected: Collected, tests: Sequence[Known], patience: Patience)
     unhurried = replace(patience, more_s=patience.between_s)
     verdict = collected.try_functions([], tests, unhurried)
     if tests and verdict.outcome != SURVIVED:
-        print(verdict.said)
+        print(verdict.output)
         pytest.exit(f"without a change: {verdict.outcome} {verdict.by}", returncode=70)
 
 
@@ -230,40 +230,42 @@ def _modules(path: Path) -> Iterable[Path]:
 
 def _module(path: str, packages: Sequence[str]) -> str:
     """Return the name by which a file is imported."""
-    package = next(each for each in packages if path.startswith(f"{each}/"))
+    package = next(package for package in packages if path.startswith(f"{package}/"))
     parts = Path(path).relative_to(package).with_suffix("").parts
     return ".".join(parts[:-1] if parts[-1] == "__init__" else parts)
 
 
-def _known(paths: Sequence[Path], tests: Sequence[str], keep: Path | None) -> list[Known]:
+def _recorded_tests(
+    paths: Sequence[Path], tests: Sequence[str], keep: Path | None
+) -> list[RecordedTest]:
     """Return the tests, quickest first, as they were kept or recorded now."""
-    contents = [*(path.read_bytes() for path in paths), *(each.encode() for each in tests)]
+    contents = [*(path.read_bytes() for path in paths), *(test.encode() for test in tests)]
     digest = sha256(b"".join(contents)).hexdigest()
     if keep and keep.exists():
         stored = json.loads(keep.read_text(encoding="utf-8"))
         if stored["sources"] == digest:
-            return [_restored(*each) for each in stored["tests"]]
-    stored = {"sources": digest, "tests": _apart(lambda: _recorded(paths, tests))}
+            return [_restored(*entry) for entry in stored["tests"]]
+    stored = {"sources": digest, "tests": _in_fork(lambda: _recorded(paths, tests))}
     if keep:
         keep.write_text(json.dumps(stored), encoding="utf-8")
-    return [_restored(*each) for each in stored["tests"]]
+    return [_restored(*entry) for entry in stored["tests"]]
 
 
-def _restored(name: str, seconds: float, lines: Mapping[str, Iterable[int]]) -> Known:
-    return Known(name, seconds, {file: set(numbers) for file, numbers in lines.items()})
+def _restored(name: str, seconds: float, lines: Mapping[str, Iterable[int]]) -> RecordedTest:
+    return RecordedTest(name, seconds, {file: set(numbers) for file, numbers in lines.items()})
 
 
 def _recorded(paths: Sequence[Path], tests: Sequence[str]) -> list[Any]:
     """Run the tests, and return of each its name, its time and its lines."""
     sys.dont_write_bytecode = True
-    found = record([str(path) for path in paths], ["-n0", "-p", "no:cacheprovider", *tests])
+    recorded = record([str(path) for path in paths], ["-n0", "-p", "no:cacheprovider", *tests])
     return [
-        (each.name, each.seconds, {file: sorted(n) for file, n in each.lines.items()})
-        for each in found
+        (test.name, test.seconds, {file: sorted(n) for file, n in test.lines.items()})
+        for test in recorded
     ]
 
 
-def _apart(work: Callable[[], Any]) -> Any:
+def _in_fork(work: Callable[[], Any]) -> Any:
     """Return what a function gives, as of JSON, in a process of its own.
 
     This one must not import the sources.
@@ -281,20 +283,20 @@ def _apart(work: Callable[[], Any]) -> Any:
     with os.fdopen(reads, encoding="utf-8") as pipe:
         text = pipe.read()
     os.waitpid(child, 0)
-    found = json.loads(text)
-    if not found:
+    content = json.loads(text)
+    if not content:
         sys.exit("no score: the tests fail without a change")
-    return found
+    return content
 
 
-def _within(tests: Iterable[Known], budget_s: float) -> list[Known]:
+def _within(tests: Iterable[RecordedTest], budget_s: float) -> list[RecordedTest]:
     """Return the first tests that take no longer in all, at least one."""
-    chosen, spent_s = list[Known](), 0.0
-    for each in tests:
-        spent_s += each.seconds
+    chosen, spent_s = list[RecordedTest](), 0.0
+    for test in tests:
+        spent_s += test.seconds
         if chosen and spent_s > budget_s:
             break
-        chosen.append(each)
+        chosen.append(test)
     return chosen
 
 
@@ -302,22 +304,22 @@ def _equivalent(path: Path) -> dict[tuple[str, str], str]:
     if not path.exists():
         return {}
     entries = tomllib.loads(path.read_text(encoding="utf-8")).get("mutant", [])
-    return {(each["file"], each["change"]): each["why"] for each in entries}
+    return {(entry["file"], entry["change"]): entry["why"] for entry in entries}
 
 
 def _commit() -> str:
-    asked = subprocess.run(
+    process = subprocess.run(
         ["git", "describe", "--always", "--dirty"], capture_output=True, text=True, check=False
     )
-    return asked.stdout.strip() or "of no repository"
+    return process.stdout.strip() or "of no repository"
 
 
 def _why(equivalent: Mapping[tuple[str, str], str], mutant: Mutant) -> str:
     return equivalent.get((mutant.path, mutant.change), "")
 
 
-def _tell(number: int, mutant: Mutant, verdict: Verdict, why: str, *, told: bool) -> None:
-    if not told:
+def _print_verdict(number: int, mutant: Mutant, verdict: Verdict, why: str, *, shown: bool) -> None:
+    if not shown:
         return
     by = f" ({verdict.by})" if verdict.by else f" ({verdict.tests} tests)"
     outcome = f"equivalent: {why}" if why and not verdict.is_found else f"{verdict.outcome}{by}"
@@ -335,8 +337,8 @@ def _summarise(
         listed = (mutant.path, mutant.change) in equivalent and not verdict.is_found
         counts["equivalent" if listed else verdict.outcome] += 1
     found = sum(verdict.is_found for _, verdict in outcomes)
-    asked = len(outcomes) - counts["equivalent"]
+    counted = len(outcomes) - counts["equivalent"]
     print(", ".join(f"{count} {name}" for name, count in counts.most_common()))
     left = counts[SURVIVED] + counts[UNTESTED]
-    share = f"{found / asked:.1%}" if asked else "none"
-    print(f"score {share}: {found} of {asked} noticed, {left} not; {seconds / 60:.0f} min")
+    share = f"{found / counted:.1%}" if counted else "none"
+    print(f"score {share}: {found} of {counted} noticed, {left} not; {seconds / 60:.0f} min")

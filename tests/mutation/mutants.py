@@ -9,6 +9,7 @@ from __future__ import annotations
 import ast
 import random
 from dataclasses import dataclass
+from operator import attrgetter
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
@@ -68,7 +69,7 @@ class Mutant:
 
 @dataclass(frozen=True)
 class _Site:
-    """A node that can be changed, where it hangs, and the statement that it is in."""
+    """A node that can be changed, its place in the tree, and its statement."""
 
     node: ast.AST
     parent: ast.AST
@@ -76,11 +77,11 @@ class _Site:
     index: int | None
     scope: tuple[str, ...]
     statement: ast.stmt
-    known: frozenset[str]
+    known_names: frozenset[str]
     """Names that have a value before this statement of a function."""
 
     def replace(self, new: ast.AST) -> None:
-        """Hang another node there."""
+        """Put another node in its place."""
         if self.index is None:
             setattr(self.parent, self.field, new)
         else:
@@ -90,7 +91,7 @@ class _Site:
 def mutants_of(root: Path, path: Path) -> list[Mutant]:
     """Return all mutants of a file."""
     source = path.read_text(encoding="utf-8")
-    found, seen = [], dict[tuple[str, str, str], int]()
+    mutants, seen = [], dict[tuple[str, str, str], int]()
     for number, site in enumerate(_sites(ast.parse(source))):
         for variant, (operator, new) in enumerate(_variants(site)):
             texts = _shown(site.node), _shown(new)
@@ -99,23 +100,23 @@ def mutants_of(root: Path, path: Path) -> list[Mutant]:
             lines = _lines(site)
             change = f"{texts[1]} #{count}" if count > 1 else texts[1]
             relative = path.relative_to(root).as_posix()
-            found.append(
+            mutants.append(
                 Mutant(relative, scope, operator, texts[0], change, lines, number, variant)
             )
-    return found
+    return mutants
 
 
 def sample(root: Path, paths: Iterable[Path], count: int, seed: int) -> list[Mutant]:
     """Return that many mutants, all equally likely; the same for the same sources and seed."""
-    all_of_them = [each for path in sorted(paths) for each in mutants_of(root, path)]
-    chosen = random.Random(seed).sample(all_of_them, min(count, len(all_of_them)))  # noqa: S311  (no secret)
-    return sorted(chosen, key=lambda each: (each.path, each.lines, each.node, each.variant))
+    mutants = [mutant for path in sorted(paths) for mutant in mutants_of(root, path)]
+    chosen = random.Random(seed).sample(mutants, min(count, len(mutants)))  # noqa: S311  (no secret)
+    return sorted(chosen, key=attrgetter("path", "lines", "node", "variant"))
 
 
 def mutated(mutant: Mutant, source: str) -> ast.Module:
     """Return the changed tree."""
     tree = ast.parse(source)
-    site = next(each for number, each in enumerate(_sites(tree)) if number == mutant.node)
+    site = next(site for number, site in enumerate(_sites(tree)) if number == mutant.node)
     _, new = list(_variants(site))[mutant.variant]
     site.replace(ast.copy_location(new, site.node))
     return ast.fix_missing_locations(tree)
@@ -145,26 +146,26 @@ def _sites(tree: ast.Module) -> Iterator[_Site]:
 
 
 def _walk(
-    parent: ast.AST, scope: tuple[str, ...], statement: ast.stmt | None, known: set[str]
+    parent: ast.AST, scope: tuple[str, ...], statement: ast.stmt | None, known_names: set[str]
 ) -> Iterator[_Site]:
     for field, value in ast.iter_fields(parent):
         if field in _LEFT_ALONE:
             continue
-        several = isinstance(value, list)
-        for index, node in enumerate(value if several else [value]):
+        is_list = isinstance(value, list)
+        for index, node in enumerate(value if is_list else [value]):
             if not isinstance(node, ast.AST) or _decides_nothing(node):
                 continue
-            inside, at, names = scope, statement, known
+            inside, nearest_statement, names = scope, statement, known_names
             if isinstance(node, ast.FunctionDef | ast.ClassDef | ast.AsyncFunctionDef):
                 inside, names = (*scope, node.name), set[str]()
             if isinstance(node, ast.stmt):
-                at = node
-            if at is not None:
-                place = index if several else None
-                yield _Site(node, parent, field, place, inside, at, frozenset(known))
-            yield from _walk(node, inside, at, names)
+                nearest_statement = node
+            if nearest_statement is not None:
+                place, before = index if is_list else None, frozenset(known_names)
+                yield _Site(node, parent, field, place, inside, nearest_statement, before)
+            yield from _walk(node, inside, nearest_statement, names)
             if isinstance(node, ast.Assign | ast.AnnAssign | ast.AugAssign | ast.For):
-                known.update(_names(node))
+                known_names.update(_names(node))
 
 
 def _names(statement: ast.stmt) -> Iterator[str]:
@@ -192,7 +193,7 @@ def _variants(site: _Site) -> Iterator[tuple[str, ast.AST]]:
     """Yield what can stand in a node's place, each with the name of the change."""
     node = site.node
     yield from _of_expression(node)
-    yield from _of_statement(node, site.known)
+    yield from _of_statement(node, site.known_names)
     yield from _of_test(node)
     in_filter = isinstance(site.parent, ast.comprehension) and site.field == "ifs"
     if in_filter and not isinstance(node, ast.Compare | ast.UnaryOp):
@@ -213,8 +214,8 @@ def _of_expression(node: ast.AST) -> Iterator[tuple[str, ast.AST]]:
         case ast.BoolOp(operator, values):
             other = ast.And() if isinstance(operator, ast.Or) else ast.Or()
             yield "and/or", ast.BoolOp(other, values)
-            for at in range(len(values)):
-                left = [*values[:at], *values[at + 1 :]]
+            for index in range(len(values)):
+                left = [*values[:index], *values[index + 1 :]]
                 yield (
                     "condition left out",
                     left[0] if len(left) == 1 else ast.BoolOp(operator, left),
@@ -224,10 +225,10 @@ def _of_expression(node: ast.AST) -> Iterator[tuple[str, ast.AST]]:
 
 
 def _of_comparison(node: ast.Compare) -> Iterator[tuple[str, ast.AST]]:
-    for at, operator in enumerate(node.ops):
+    for index, operator in enumerate(node.ops):
         for name, table in (("boundary", _BOUNDARY), ("negated comparison", _NEGATED)):
             if type(operator) in table:
-                others = [*node.ops[:at], table[type(operator)](), *node.ops[at + 1 :]]
+                others = [*node.ops[:index], table[type(operator)](), *node.ops[index + 1 :]]
                 yield name, ast.Compare(node.left, others, node.comparators)
 
 
@@ -243,7 +244,7 @@ def _other_numbers(value: object) -> tuple[bool | float, ...]:
     return ()
 
 
-def _of_statement(node: ast.AST, known: frozenset[str]) -> Iterator[tuple[str, ast.AST]]:
+def _of_statement(node: ast.AST, known_names: frozenset[str]) -> Iterator[tuple[str, ast.AST]]:
     match node:
         case ast.Expr(ast.Call()):
             yield "call removed", ast.Pass()
@@ -251,7 +252,7 @@ def _of_statement(node: ast.AST, known: frozenset[str]) -> Iterator[tuple[str, a
             yield "raise removed", ast.Pass()
         case ast.Return(ast.expr() as value) if not _is_none(value):
             yield "value not returned", ast.Return(ast.Constant(None))
-        case ast.Assign(targets) if all(_has_value(each, known) for each in targets):
+        case ast.Assign(targets) if all(_has_value(target, known_names) for target in targets):
             yield "assignment removed", ast.Pass()
         case ast.AugAssign(target, operator, value):
             yield "assignment removed", ast.Pass()
@@ -289,13 +290,13 @@ def _is_none(node: ast.AST) -> bool:
     return isinstance(node, ast.Constant) and node.value is None
 
 
-def _has_value(target: ast.expr, known: frozenset[str]) -> bool:
-    """Say whether the target is there without the assignment, which else would be a NameError."""
+def _has_value(target: ast.expr, known_names: frozenset[str]) -> bool:
+    """Return whether the target exists without the assignment; else it would be a NameError."""
     match target:
         case ast.Name(name):
-            return name in known
+            return name in known_names
         case ast.Attribute() | ast.Subscript():
             return True
         case ast.Tuple(elements):
-            return all(_has_value(each, known) for each in elements)
+            return all(_has_value(element, known_names) for element in elements)
     return False

@@ -19,7 +19,7 @@ Lines = dict[str, set[int]]
 
 
 @dataclass(frozen=True)
-class Known:
+class RecordedTest:
     """A test that passed: its time, and what it ran."""
 
     name: str
@@ -27,7 +27,7 @@ class Known:
     lines: Lines
 
     def runs(self, file: str, first: int, last: int) -> bool:
-        """Say whether the test runs one of these lines."""
+        """Return whether the test runs one of these lines."""
         return any(first <= line <= last for line in self.lines.get(file, ()))
 
 
@@ -44,17 +44,17 @@ class Recorder:
         self._failed: set[str] = set()
 
     def __enter__(self) -> Self:
-        threading.settrace(self._called)
-        sys.settrace(self._called)
+        threading.settrace(self._trace_calls)
+        sys.settrace(self._trace_calls)
         return self
 
     def __exit__(self, *_: object) -> None:
         sys.settrace(None)
         threading.settrace(None)  # type: ignore[arg-type]
 
-    def known(self) -> list[Known]:
+    def recorded(self) -> list[RecordedTest]:
         """Return the tests that passed."""
-        found = []
+        tests = []
         for name in self._seconds.keys() - self._failed:
             lines: Lines = defaultdict(set)
             shared = self._fixtures.get(name, set())
@@ -62,34 +62,34 @@ class Recorder:
                 for file, numbers in self._lines.get(part, {}).items():
                     lines[file] |= numbers
             # Whichever of its users runs first makes a shared fixture.
-            seconds = self._seconds[name] + sum(self._fixture_s.get(each, 0.0) for each in shared)
-            found.append(Known(name, seconds, dict(lines)))
-        return sorted(found, key=lambda each: (each.seconds, each.name))
+            fixtures_s = sum(self._fixture_s.get(fixture, 0.0) for fixture in shared)
+            tests.append(RecordedTest(name, self._seconds[name] + fixtures_s, dict(lines)))
+        return sorted(tests, key=lambda test: (test.seconds, test.name))
 
-    def _called(self, frame: Any, _event: str, _argument: object) -> Callable[..., Any] | None:
+    def _trace_calls(self, frame: Any, _event: str, _argument: object) -> Callable[..., Any] | None:
         file = frame.f_code.co_filename
         if file not in self._files:
             return None
 
-        def ran(frame: Any, event: str, _argument: object) -> Callable[..., Any]:
+        def trace_lines(frame: Any, event: str, _argument: object) -> Callable[..., Any]:
             if event == "line":
                 self._present[file].add(frame.f_lineno)
-            return ran
+            return trace_lines
 
-        return ran
+        return trace_lines
 
     @pytest.hookimpl(wrapper=True)
     def pytest_runtest_protocol(self, item: pytest.Item) -> Generator[None, object, object]:
         """Watch for this test."""
         self._present = self._lines[item.nodeid]
-        found = getattr(item, "_fixtureinfo", None)
+        fixture_info = getattr(item, "_fixtureinfo", None)
         self._fixtures[item.nodeid] = {
-            _name(each)
-            for several in (found.name2fixturedefs if found else {}).values()
-            for each in several
-            if each.scope != "function"
+            _name(fixture)
+            for definitions in (fixture_info.name2fixturedefs if fixture_info else {}).values()
+            for fixture in definitions
+            if fixture.scope != "function"
         }
-        sys.settrace(self._called)  # a test may have ended it
+        sys.settrace(self._trace_calls)  # a test may have ended it
         try:
             return (yield)
         finally:
@@ -121,8 +121,8 @@ def _name(fixture: pytest.FixtureDef[Any]) -> str:
     return f"fixture {fixture.baseid}::{fixture.argname}"
 
 
-def record(files: Iterable[str], arguments: list[str]) -> list[Known]:
+def record(files: Iterable[str], arguments: list[str]) -> list[RecordedTest]:
     """Run tests once, and return what each runs; quickest first."""
     with Recorder(files) as recorder:
         pytest.main([*arguments, "-q", "--no-header"], plugins=[recorder])
-    return recorder.known()
+    return recorder.recorded()

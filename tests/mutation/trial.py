@@ -37,22 +37,22 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
     from importlib.machinery import ModuleSpec
 
-    from mutation.record import Known
+    from mutation.record import RecordedTest
 
 KILLED, HUNG, DIED, SURVIVED, UNTESTED = "killed", "hung", "died", "survived", "no test runs it"
 _LOOK_EVERY_S = 0.1
-_SAID = "said"
+_OUTPUT = "output"
 """The file of what a process prints."""
 
 
 @dataclass(frozen=True)
 class Verdict:
-    """What became of a mutant, and which test said so."""
+    """The outcome of a mutant, and the test that decided it."""
 
     outcome: str
     by: str = ""
     tests: int = 0
-    said: str = ""
+    output: str = ""
     """What its process printed."""
 
     @property
@@ -74,11 +74,11 @@ class Patience:
     between_s: float = 300.0
     """For collecting tests, and for what follows upon the last."""
 
-    def busy_s(self, test: Known) -> float:
+    def busy_s(self, test: RecordedTest) -> float:
         """Return how much processor time a test may take."""
         return self.times * test.seconds + self.more_s
 
-    def waiting_s(self, test: Known) -> float:
+    def waiting_s(self, test: RecordedTest) -> float:
         """Return how long a test may take by the clock."""
         return self.times * test.seconds + 10.0 * self.more_s
 
@@ -102,24 +102,24 @@ class Change:
 
 
 def _differing(old: CodeType, new: CodeType) -> list[tuple[CodeType, CodeType]] | None:
-    found: list[tuple[CodeType, CodeType]] = []
+    changed: list[tuple[CodeType, CodeType]] = []
     if old.co_code != new.co_code or len(old.co_consts) != len(new.co_consts):
         return None
-    for one, other in zip(old.co_consts, new.co_consts, strict=True):
-        if not isinstance(one, CodeType) or not isinstance(other, CodeType):
-            if one != other or type(one) is not type(other):
+    for old_const, new_const in zip(old.co_consts, new.co_consts, strict=True):
+        if not isinstance(old_const, CodeType) or not isinstance(new_const, CodeType):
+            if old_const != new_const or type(old_const) is not type(new_const):
                 return None
-        elif one.co_flags & inspect.CO_OPTIMIZED:
-            if one != other:
-                found.append((one, other))
-        elif (inside := _differing(one, other)) is None:  # the body of a class
+        elif old_const.co_flags & inspect.CO_OPTIMIZED:
+            if old_const != new_const:
+                changed.append((old_const, new_const))
+        elif (inside := _differing(old_const, new_const)) is None:  # the body of a class
             return None
         else:
-            found += inside
-    return found if old.co_names == new.co_names else None
+            changed += inside
+    return changed if old.co_names == new.co_names else None
 
 
-class _Changed(SourceFileLoader):
+class _ChangedLoader(SourceFileLoader):
     def __init__(self, change: Change) -> None:
         super().__init__(change.module, str(change.path))
         self._change = change
@@ -140,11 +140,11 @@ class _Finder(MetaPathFinder):
         path = self._change.path
         folder = [str(path.parent)] if path.name == "__init__.py" else None
         return spec_from_file_location(
-            name, path, loader=_Changed(self._change), submodule_search_locations=folder
+            name, path, loader=_ChangedLoader(self._change), submodule_search_locations=folder
         )
 
 
-class _Telling:
+class _Reporting:
     """A plugin of pytest that tells which test is run, and whether it failed."""
 
     tell: Callable[[str], None]
@@ -160,7 +160,7 @@ class _Telling:
             self.tell(f"failed {report.nodeid}")
 
 
-class _Chosen(_Telling):
+class _Selection(_Reporting):
     """Runs the chosen tests in their order."""
 
     def __init__(self, names: Sequence[str], tell: Callable[[str], None]) -> None:
@@ -169,13 +169,13 @@ class _Chosen(_Telling):
 
     @pytest.hookimpl(trylast=True)
     def pytest_collection_modifyitems(self, items: list[pytest.Item]) -> None:
-        items[:] = [each for each in items if each.nodeid in self._place]
-        items.sort(key=lambda each: self._place[each.nodeid])
+        items[:] = [item for item in items if item.nodeid in self._place]
+        items.sort(key=lambda item: self._place[item.nodeid])
 
 
-def try_anew(change: Change, tests: Sequence[Known], patience: Patience) -> Verdict:
+def try_anew(change: Change, tests: Sequence[RecordedTest], patience: Patience) -> Verdict:
     """Run the tests until one fails, with the sources imported again."""
-    names = [each.name for each in tests]
+    names = [test.name for test in tests]
 
     def work(tell: Callable[[str], None], folder: Path) -> int:
         sys.dont_write_bytecode = True
@@ -190,12 +190,12 @@ def try_anew(change: Change, tests: Sequence[Known], patience: Patience) -> Verd
             "no:cacheprovider",
             f"--basetemp={folder / 'pytest'}",
         ]
-        return int(pytest.main([*options, *files], plugins=[_Chosen(names, tell)]))
+        return int(pytest.main([*options, *files], plugins=[_Selection(names, tell)]))
 
     return _in_child(work, tests, patience)
 
 
-class Collected(_Telling):
+class Collected(_Reporting):
     """A plugin of pytest that collects all tests, and leaves it to `use` which of them are run."""
 
     def __init__(self, use: Callable[[Collected], None]) -> None:
@@ -205,11 +205,11 @@ class Collected(_Telling):
 
     def pytest_runtestloop(self, session: pytest.Session) -> bool:
         """Look up what is there, and hand over."""
-        self._items = {each.nodeid: each for each in session.items}
+        self._items = {item.nodeid: item for item in session.items}
         gc.unfreeze()
-        for each in gc.get_objects():
-            if isinstance(each, FunctionType):
-                self._functions[_place(each.__code__)].append(each)
+        for thing in gc.get_objects():
+            if isinstance(thing, FunctionType):
+                self._functions[_place(thing.__code__)].append(thing)
         gc.freeze()
         self._use(self)
         return True
@@ -217,13 +217,13 @@ class Collected(_Telling):
     def try_functions(
         self,
         changed: Sequence[tuple[CodeType, CodeType]],
-        tests: Sequence[Known],
+        tests: Sequence[RecordedTest],
         patience: Patience,
     ) -> Verdict:
         """Run the tests until one fails, with other functions in the place of some."""
         if not all(self._functions[_place(old)] for old, _ in changed):
             return Verdict(UNTESTED)
-        chosen = [self._items[each.name] for each in tests if each.name in self._items]
+        chosen = [self._items[test.name] for test in tests if test.name in self._items]
 
         def work(tell: Callable[[str], None], _: Path) -> int:
             self.tell = tell
@@ -242,7 +242,9 @@ def _place(code: CodeType) -> tuple[str, str, int]:
 
 
 def _in_child(
-    work: Callable[[Callable[[str], None], Path], int], tests: Sequence[Known], patience: Patience
+    work: Callable[[Callable[[str], None], Path], int],
+    tests: Sequence[RecordedTest],
+    patience: Patience,
 ) -> Verdict:
     if not tests:
         return Verdict(UNTESTED)
@@ -256,8 +258,8 @@ def _in_child(
     os.close(writes)
     try:
         verdict = _watch(child, reads, tests, patience)
-        said = (folder / _SAID).read_text(encoding="utf-8", errors="replace")
-        return replace(verdict, said=said)
+        output = (folder / _OUTPUT).read_text(encoding="utf-8", errors="replace")
+        return replace(verdict, output=output)
     finally:
         os.close(reads)
         shutil.rmtree(folder, ignore_errors=True)
@@ -271,8 +273,8 @@ def _be_child(
     try:
         os.environ.update(TMPDIR=str(folder), RIGRUNNER_LOCKS=str(folder), HOME=str(folder))
         tempfile.tempdir = None
-        said = os.open(folder / _SAID, os.O_RDWR | os.O_CREAT)
-        for number, file in enumerate((os.open(os.devnull, os.O_RDONLY), said, said)):
+        output = os.open(folder / _OUTPUT, os.O_RDWR | os.O_CREAT)
+        for number, file in enumerate((os.open(os.devnull, os.O_RDONLY), output, output)):
             os.dup2(file, number)
         status = work(lambda text: os.write(writes, f"{text}\n".encode()) and None, folder)
     except BaseException:  # noqa: BLE001  (a mutant may raise anything)
@@ -283,11 +285,11 @@ def _be_child(
         os._exit(status)
 
 
-def _watch(child: int, reads: int, tests: Sequence[Known], patience: Patience) -> Verdict:
+def _watch(child: int, reads: int, tests: Sequence[RecordedTest], patience: Patience) -> Verdict:
     """Return what the child says; end it once a test failed or takes too long."""
-    known = {each.name: each for each in tests}
+    tests_by_name = {test.name: test for test in tests}
     process = psutil.Process(child)
-    test, heard, began = "", b"", set[str]()
+    test, unfinished, began = "", b"", set[str]()
     until_s, until_busy_s = time.monotonic() + patience.between_s, inf
     while True:
         ready, _, _ = select.select([reads], [], [], _LOOK_EVERY_S)
@@ -299,7 +301,7 @@ def _watch(child: int, reads: int, tests: Sequence[Known], patience: Patience) -
         piece = os.read(reads, 65536)
         if not piece:
             break
-        *lines, heard = (heard + piece).split(b"\n")
+        *lines, unfinished = (unfinished + piece).split(b"\n")
         for line in lines:
             kind, _, name = line.decode().partition(" ")
             if kind == "failed":
@@ -309,8 +311,8 @@ def _watch(child: int, reads: int, tests: Sequence[Known], patience: Patience) -
             began.add(name)
             until_s, until_busy_s = time.monotonic() + patience.between_s, inf
             if kind == "begun":
-                until_s = time.monotonic() + patience.waiting_s(known[name])
-                until_busy_s = _busy_s(process) + patience.busy_s(known[name])
+                until_s = time.monotonic() + patience.waiting_s(tests_by_name[name])
+                until_busy_s = _busy_s(process) + patience.busy_s(tests_by_name[name])
     code = _end(child, within_s=1.0)
     if code == 0 and len(began) == len(tests):
         return Verdict(SURVIVED, "", len(began))
@@ -325,12 +327,12 @@ def _busy_s(process: psutil.Process) -> float:
 def _end(child: int, *, within_s: float) -> int:
     """End a process and all that it started; return its exit code, negative for a signal."""
     until_s = time.monotonic() + within_s
-    found, status = os.waitpid(child, os.WNOHANG)
-    while not found and time.monotonic() < until_s:
+    ended_pid, status = os.waitpid(child, os.WNOHANG)
+    while not ended_pid and time.monotonic() < until_s:
         time.sleep(0.01)
-        found, status = os.waitpid(child, os.WNOHANG)
+        ended_pid, status = os.waitpid(child, os.WNOHANG)
     with suppress(ProcessLookupError):
         os.killpg(child, signal.SIGKILL)
-    if not found:
+    if not ended_pid:
         _, status = os.waitpid(child, 0)
     return os.waitstatus_to_exitcode(status)

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from other_physics.recorded import LOAD, recorded, recorded_known, without_scatter
+from other_physics.recorded import LOAD, record_known_bearing, record_pair, without_scatter
 from rigrunner.api.analysis import Consequence
 from rigrunner.api.errors import DataError
 from rigrunner.signal.coverage import expanded
@@ -29,8 +29,8 @@ KNOWN_LIMIT_NM = 0.002
 
 
 @dataclass(frozen=True)
-class Judged:
-    """What the primary method said of a pair; N.m, a value each set-point."""
+class Judgement:
+    """Results of the primary method for a pair, in N.m, one value per set-point."""
 
     pair: Pair
     errors_nm: tuple[float, ...] = ()
@@ -45,7 +45,7 @@ class Judged:
     """Why there is no result at all."""
 
 
-def judged(
+def judge(
     pair: Pair,
     stated: float | None = None,
     cache: Path | None = None,
@@ -54,16 +54,16 @@ def judged(
     measured: bool = False,
     gains_known: bool = False,
     load_read: bool = False,
-) -> Judged:
+) -> Judgement:
     """Record and analyse a pair; recordings are kept in the folder `cache`.
 
     With `stated` its station states the growth of the support's friction, with an error up to that.
     With `bracketed` there is a second no-load run, after the loaded one. With `measured` its
     station states what the load adds to the support, as a bearing of known friction showed. With
-    `gains_known` the gain of every recording is taken out of it, which bounds what a method can do.
-    With `load_read` a load cell tells what load was there in the no-load run.
+    `gains_known` the gain of every recording is removed, which bounds what a method can do.
+    With `load_read` a load cell measures the load of the no-load run.
     """
-    bench = recorded(pair, cache, bracketed=bracketed)
+    bench = record_pair(pair, cache, bracketed=bracketed)
     if gains_known:
         bench = without_scatter(pair, bench)
     if load_read:
@@ -71,41 +71,41 @@ def judged(
     if stated is not None:
         bench = replace(bench, loaded=_stating(bench.loaded, _growth(pair, stated)))
     if measured:
-        known = _measured(pair, cache)
-        added_nm = SupportUnderLoad.model_validate(known).torque
+        keys = _measured(pair, cache)
+        added_nm = SupportUnderLoad.model_validate(keys).torque
         if added_nm > MOST * pair.no_load.rig.support_coulomb_nm:
-            return Judged(pair, refused="the load adds too much to the support")
-        bench = replace(bench, loaded=_stating(bench.loaded, {"support_under_load": known}))
-    return judged_by(pair, bench)
+            return Judgement(pair, refused="the load adds too much to the support")
+        bench = replace(bench, loaded=_stating(bench.loaded, {"support_under_load": keys}))
+    return judge_bench(pair, bench)
 
 
-def judged_by(pair: Pair, bench: RecordedBench) -> Judged:
+def judge_bench(pair: Pair, bench: RecordedBench) -> Judgement:
     """Analyse the recordings of a pair."""
     shared, truths = tools(), bench.truths_nm
     try:
         result = shared.analysed(bench, primary_alone(shared.spec))
     except DataError as error:
-        return Judged(pair, refused=str(error))
-    (found,) = TorqueDetails.of(result).compensations.values()
-    failed = [each for each in checks_of(result) if not each.ok]
-    if not found.points:
-        return Judged(pair, refused=str(found.not_applicable))
-    mean = compensated_mean(found.points)
-    values = np.array([point.torque.value for point in found.points])
-    return Judged(
+        return Judgement(pair, refused=str(error))
+    (compensation,) = TorqueDetails.of(result).compensations.values()
+    failed = [check for check in checks_of(result) if not check.ok]
+    if not compensation.points:
+        return Judgement(pair, refused=str(compensation.not_applicable))
+    mean = compensated_mean(compensation.points)
+    values = np.array([point.torque.value for point in compensation.points])
+    return Judgement(
         pair,
         errors_nm=tuple(values - truths),
-        expanded_nm=tuple(expanded(point.torque) for point in found.points),
+        expanded_nm=tuple(expanded(point.torque) for point in compensation.points),
         mean_error_nm=float(mean.value - np.mean(truths)),
         mean_expanded_nm=expanded(mean),
-        failed=tuple(each.name for each in failed),
-        is_conclusive=not any(each.consequence is Consequence.INCONCLUSIVE for each in failed),
+        failed=tuple(check.name for check in failed),
+        is_conclusive=not any(check.consequence is Consequence.INCONCLUSIVE for check in failed),
     )
 
 
 def _with_load(run: RunData, load_n: float) -> RunData:
-    read = (replace(each, conditions={LOAD: load_n}) for each in run.recordings)
-    return replace(run, recordings=tuple(read))
+    recordings = (replace(recording, conditions={LOAD: load_n}) for recording in run.recordings)
+    return replace(run, recordings=tuple(recordings))
 
 
 def _stating(run: RunData, keys: dict[str, Any]) -> RunData:
@@ -114,23 +114,23 @@ def _stating(run: RunData, keys: dict[str, Any]) -> RunData:
 
 
 def _measured(pair: Pair, cache: Path | None) -> dict[str, str]:
-    """Return what the load adds to the support, by a bearing whose friction is known to 2 mN.m."""
-    bench, shared = recorded_known(pair, cache), tools()
+    """Return the torque that the load adds to the support, by a bearing known to 2 mN.m."""
+    bench, shared = record_known_bearing(pair, cache), tools()
     bench = replace(bench, loaded=_stating(bench.loaded, {"support_load_dependence": "0 %"}))
-    found = TorqueDetails.of(shared.analysed(bench, shared.spec)).compensations
+    compensations = TorqueDetails.of(shared.analysed(bench, shared.spec)).compensations
     mean, under_way = (
-        compensated_mean(found[name].points) for name in (shared.spec.primary, RUNNING)
+        compensated_mean(compensations[name].points) for name in (shared.spec.primary, RUNNING)
     )
     total, (slip,) = between(mean.value, under_way.value)
     error = np.random.default_rng([pair.seed, 8]).uniform(-KNOWN_LIMIT_NM, KNOWN_LIMIT_NM)
     torque = total - bench.truth_nm + error
     u = np.sqrt(mean.u**2 + slip.u**2 + KNOWN_LIMIT_NM**2 / 3)
-    known = {"source": "known bearing", "load": "1000 N"}
-    return {**known, "torque": f"{torque:.6f} N·m", "u": f"{u:.6f} N·m"}
+    keys = {"source": "known bearing", "load": "1000 N"}
+    return {**keys, "torque": f"{torque:.6f} N·m", "u": f"{u:.6f} N·m"}
 
 
 def _growth(pair: Pair, limit: float) -> dict[str, str]:
-    """Return what a station states that has measured it, within a limit of error."""
+    """Return the keys of a station that has measured the growth within a limit of error."""
     under_load, free = pair.loaded.rig.support_coulomb_nm, pair.no_load.rig.support_coulomb_nm
     error = np.random.default_rng([pair.seed, 5]).uniform(-limit, limit)
     return {

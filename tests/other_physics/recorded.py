@@ -1,6 +1,6 @@
-"""A pair of runs recorded, as the shipped procedure asks for it; kept in a folder if asked.
+"""Records a pair of runs as the shipped procedure does, with an optional cache folder.
 
-To record a pair takes five times as long as to analyse it.
+Recording a pair takes five times as long as analysing it.
 """
 
 from __future__ import annotations
@@ -32,12 +32,12 @@ if TYPE_CHECKING:
 
 ANGLE, TORQUE, LOAD = "tester.angle", "tester.torque", "tester.load"
 SLOW_HZ, SETTLE_TURNS, ZERO_S, SET_S = 5.0, 4, 1.0, 5.0
-SAID_N = 1000.0
-BEGUN = datetime(2026, 1, 1, tzinfo=UTC)
+STATED_N = 1000.0
+START = datetime(2026, 1, 1, tzinfo=UTC)
 
 
-class _Taken(NamedTuple):
-    """What one run shows: steps of converter and encoder, (n,) for each set-point, and a zero."""
+class _RunSamples(NamedTuple):
+    """The data of one run: steps of converter and encoder, (n,) for each set-point, and a zero."""
 
     torque: tuple[np.ndarray, ...]
     angle: tuple[np.ndarray, ...]
@@ -45,49 +45,49 @@ class _Taken(NamedTuple):
     truths_nm: tuple[float, ...]
 
 
-def recorded(pair: Pair, cache: Path | None = None, *, bracketed: bool = False) -> RecordedBench:
-    """Record both runs of a pair, and if asked a no-load run after; or read them where kept."""
-    no_load, loaded = _kept(pair, cache, _PAIR)
-    after = _kept(pair, cache, _AFTER)[0] if bracketed else None
+def record_pair(pair: Pair, cache: Path | None = None, *, bracketed: bool = False) -> RecordedBench:
+    """Record both runs of a pair, optionally with a no-load run after; or read them from cache."""
+    no_load, loaded = _cached_runs(pair, cache, _PAIR)
+    after = _cached_runs(pair, cache, _AFTER)[0] if bracketed else None
     return RecordedBench(
         _run_data(pair, pair.no_load, no_load, "no-load", 0.0),
-        _run_data(pair, pair.loaded, loaded, "loaded", SAID_N),
+        _run_data(pair, pair.loaded, loaded, "loaded", STATED_N),
         loaded.truths_nm,
         None if after is None else _run_data(pair, run_after(pair), after, "after", 0.0),
     )
 
 
-def recorded_known(pair: Pair, cache: Path | None = None) -> RecordedBench:
+def record_known_bearing(pair: Pair, cache: Path | None = None) -> RecordedBench:
     """Record the loaded run with a bearing of known friction, after the same no-load run."""
-    no_load, _ = _kept(pair, cache, _PAIR)
-    (loaded,) = _kept(known_bearing(pair), cache, _LOADED)
+    no_load, _ = _cached_runs(pair, cache, _PAIR)
+    (loaded,) = _cached_runs(known_bearing(pair), cache, _LOADED)
     return RecordedBench(
         _run_data(pair, pair.no_load, no_load, "no-load", 0.0),
-        _run_data(pair, pair.loaded, loaded, "known", SAID_N),
+        _run_data(pair, pair.loaded, loaded, "known", STATED_N),
         loaded.truths_nm,
     )
 
 
 def without_scatter(pair: Pair, bench: RecordedBench) -> RecordedBench:
-    """Return both runs with the gain of every recording taken out, as nobody can know it."""
+    """Return both runs with the gain of every recording removed; in practice it is unknown."""
     return replace(
         bench,
-        no_load=_over_gains(pair, pair.no_load, bench.no_load, "no-load"),
-        loaded=_over_gains(pair, pair.loaded, bench.loaded, "loaded"),
+        no_load=_without_gains(pair, pair.no_load, bench.no_load, "no-load"),
+        loaded=_without_gains(pair, pair.loaded, bench.loaded, "loaded"),
     )
 
 
-def _over_gains(pair: Pair, run: Run, data: RunData, name: str) -> RunData:
-    """Draw once more what `_take` and `measured` drew, in their order; the gains are among it."""
+def _without_gains(pair: Pair, run: Run, data: RunData, name: str) -> RunData:
+    """Repeat the draws of `_record_run` and `measured` in their order, to get the gains."""
     rng = np.random.default_rng([pair.seed, _SEED[name]])
     rng.standard_normal()  # of the zero
     recordings = []
-    for each in data.recordings:
+    for recording in data.recordings:
         gain = 1.0 + run.chain.recording_gain * rng.standard_normal()
         rng.uniform()  # the phase of the hum
-        rng.standard_normal(2 * each.samples)  # noise of torque and angle
-        channels = {**each.channels, TORQUE: np.asarray(each.channels[TORQUE]) / gain}
-        recordings.append(replace(each, channels=channels))
+        rng.standard_normal(2 * recording.samples)  # noise of torque and angle
+        channels = {**recording.channels, TORQUE: np.asarray(recording.channels[TORQUE]) / gain}
+        recordings.append(replace(recording, channels=channels))
     return replace(data, recordings=tuple(recordings))
 
 
@@ -95,46 +95,49 @@ _PAIR, _AFTER, _LOADED = ("no-load", "loaded"), ("after",), ("loaded",)
 _SEED = {"no-load": 3, "loaded": 4, "after": 7}
 
 
-def _taken(pair: Pair, names: Sequence[str]) -> list[_Taken]:
+def _record_runs(pair: Pair, names: Sequence[str]) -> list[_RunSamples]:
     runs = {"no-load": pair.no_load, "loaded": pair.loaded, "after": run_after(pair)}
     return [
-        _take(pair, runs[name], np.random.default_rng([pair.seed, _SEED[name]])) for name in names
+        _record_run(pair, runs[name], np.random.default_rng([pair.seed, _SEED[name]]))
+        for name in names
     ]
 
 
-def _kept(pair: Pair, cache: Path | None, names: Sequence[str]) -> list[_Taken]:
-    """Return runs from a file; its name changes with the pair and with the simulator."""
+def _cached_runs(pair: Pair, cache: Path | None, names: Sequence[str]) -> list[_RunSamples]:
+    """Return runs from a cache file, whose name depends on the pair and the simulator."""
     if cache is None:
-        return _taken(pair, names)
-    what = [repr(pair)]
-    what += [] if names == _PAIR else [*names] if names == _LOADED else [repr(run_after(pair))]
-    sources = [Path(each.__file__).read_bytes() for each in (chain, model)]
-    name = hashlib.sha256(b"".join([*(each.encode() for each in what), *sources])).hexdigest()
+        return _record_runs(pair, names)
+    key_parts = [repr(pair)]
+    key_parts += [] if names == _PAIR else [*names] if names == _LOADED else [repr(run_after(pair))]
+    sources = [Path(module.__file__).read_bytes() for module in (chain, model)]
+    name = hashlib.sha256(b"".join([*(part.encode() for part in key_parts), *sources])).hexdigest()
     path = cache / f"{name}.npz"
     if not path.exists():
         cache.mkdir(parents=True, exist_ok=True)
-        part = path.with_suffix(".part.npz")
-        np.savez_compressed(part, **_arrays(dict(zip(names, _taken(pair, names), strict=True))))
-        part.replace(path)
+        partial = path.with_suffix(".part.npz")
+        np.savez_compressed(
+            partial, **_arrays(dict(zip(names, _record_runs(pair, names), strict=True)))
+        )
+        partial.replace(path)
     with np.load(path) as file:
         stored = dict(file)
     return [_of_arrays(stored, name) for name in names]
 
 
-def _arrays(runs: Mapping[str, _Taken]) -> dict[str, np.ndarray]:
+def _arrays(runs: Mapping[str, _RunSamples]) -> dict[str, np.ndarray]:
     return {
         f"{name} {field}": np.concatenate(value) if field in {"torque", "angle"} else value
         for name, run in runs.items()
         for field, value in {
             **run._asdict(),
-            "lengths": [len(each) for each in run.torque],
+            "lengths": [len(samples) for samples in run.torque],
         }.items()
     }
 
 
-def _of_arrays(stored: dict[str, np.ndarray], name: str) -> _Taken:
+def _of_arrays(stored: dict[str, np.ndarray], name: str) -> _RunSamples:
     ends = np.cumsum(stored[f"{name} lengths"])[:-1]
-    return _Taken(
+    return _RunSamples(
         torque=tuple(np.split(stored[f"{name} torque"], ends)),
         angle=tuple(np.split(stored[f"{name} angle"], ends)),
         zero_nm=float(stored[f"{name} zero_nm"]),
@@ -142,7 +145,7 @@ def _of_arrays(stored: dict[str, np.ndarray], name: str) -> _Taken:
     )
 
 
-def _take(pair: Pair, run: Run, rng: Generator) -> _Taken:
+def _record_run(pair: Pair, run: Run, rng: Generator) -> _RunSamples:
     now_s, torques, angles, truths = run.begun_s, [], [], []
     drift = run.chain.drift_nm * (1.0 - np.exp(-now_s / run.chain.drift_s))
     quiet = run.chain.noise_nm / np.sqrt(ZERO_S * RATE_HZ)
@@ -151,8 +154,8 @@ def _take(pair: Pair, run: Run, rng: Generator) -> _Taken:
         duration_s = _duration_s(pair, frequency_hz)
         cold = run.warming * np.exp(-now_s / run.warming_s)
         friction = {
-            each: getattr(run.rig, each) * (1.0 + cold)
-            for each in ("support_coulomb_nm", "support_static_nm")
+            name: getattr(run.rig, name) * (1.0 + cold)
+            for name in ("support_coulomb_nm", "support_static_nm")
         }
         motion = integrate(run.rig._replace(**friction), frequency_hz, duration_s, SETTLE_TURNS)
         angle, torque = measured(motion, run.chain, now_s, rng)
@@ -160,13 +163,13 @@ def _take(pair: Pair, run: Run, rng: Generator) -> _Taken:
         torques.append(np.rint(torque / run.chain.step_nm).astype(np.int32))
         truths.append(starting_torque_nm(motion) if run.load_n == LOAD_N else 0.0)
         now_s += duration_s + SETTLE_TURNS / frequency_hz + SET_S
-    return _Taken(tuple(torques), tuple(angles), float(zero), tuple(truths))
+    return _RunSamples(tuple(torques), tuple(angles), float(zero), tuple(truths))
 
 
-def _begins(pair: Pair) -> list[float]:
-    """Return when each recording begins, in s after its run."""
-    lasts = [_duration_s(pair, f) + SETTLE_TURNS / f + SET_S for f in pair.frequencies_hz]
-    return [sum(lasts[:number]) for number in range(len(lasts))]
+def _starts_s(pair: Pair) -> list[float]:
+    """Return the start of each recording, in s after the start of its run."""
+    durations_s = [_duration_s(pair, f) + SETTLE_TURNS / f + SET_S for f in pair.frequencies_hz]
+    return [sum(durations_s[:number]) for number in range(len(durations_s))]
 
 
 def _duration_s(pair: Pair, frequency_hz: float) -> float:
@@ -174,28 +177,28 @@ def _duration_s(pair: Pair, frequency_hz: float) -> float:
     return (cycles + 1.5) / frequency_hz
 
 
-def _run_data(pair: Pair, run: Run, taken: _Taken, name: str, said_n: float) -> RunData:
+def _run_data(pair: Pair, run: Run, samples: _RunSamples, name: str, stated_n: float) -> RunData:
     station = tools().station
     (instrument,) = torque_instruments(station.instruments).values()
-    known = {
+    keys = {
         "natural_frequency": f"{float(natural_hz(run.rig))!r} Hz",
     }
-    warm = {key: each for key, each in station.rig.items() if key != "support_drift"}
+    rig_keys = {key: value for key, value in station.rig.items() if key != "support_drift"}
     recordings = tuple(
         Recording(
             name=f"{frequency_hz:g} Hz",
             rate_hz=RATE_HZ,
-            started_utc=utc_text(BEGUN + timedelta(seconds=run.begun_s + at_s)),
-            setpoints={"tester.frequency": frequency_hz, LOAD: said_n},
+            started_utc=utc_text(START + timedelta(seconds=run.begun_s + at_s)),
+            setpoints={"tester.frequency": frequency_hz, LOAD: stated_n},
             channels={
                 ANGLE: run.chain.encoder_step_rad * angle,
                 TORQUE: run.chain.step_nm * torque,
             },
             units={ANGLE: "rad", TORQUE: "N·m", "tester.frequency": "Hz", LOAD: "N"},
-            conditions={LOAD: said_n},
+            conditions={LOAD: stated_n},
         )
         for frequency_hz, angle, torque, at_s in zip(
-            pair.frequencies_hz, taken.angle, taken.torque, _begins(pair), strict=True
+            pair.frequencies_hz, samples.angle, samples.torque, _starts_s(pair), strict=True
         )
     )
     return RunData(
@@ -208,8 +211,8 @@ def _run_data(pair: Pair, run: Run, taken: _Taken, name: str, said_n: float) -> 
         ended_utc="2026-01-01T01:00:00.000Z",
         outcome="completed",
         inputs={},
-        rig_keys=warm | known,  # these supports become warm
+        rig_keys=rig_keys | keys,  # the supports of these rigs warm up
         instruments={TORQUE: instrument},
-        zeros={TORQUE: taken.zero_nm},
+        zeros={TORQUE: samples.zero_nm},
         recordings=recordings,
     )

@@ -1,4 +1,4 @@
-"""Rigs as they are drawn: healthy ones, and groups of faults; each a pair of runs.
+"""Random rigs, healthy or with a fault; each has a pair of runs.
 
 A seed names a rig. What is drawn of a healthy one stays within what its station states, except for
 the friction of the support under load, which is drawn within what a spindle bearing may do.
@@ -27,14 +27,14 @@ FREQUENCIES_HZ = (1.0, 3.0, 5.0, 8.0, 10.0, 15.0, 18.0, 20.0, 25.0, 30.0, 33.0, 
 
 @dataclass(frozen=True)
 class Run:
-    """One run: the rig and the chain as they were, and how its temperature went."""
+    """One run: the rig, the chain and the warming during the run."""
 
     rig: Rig
     chain: Chain
     load_n: float
-    """The load that was really there."""
+    """The actual load."""
     warming: float = 0.0
-    """By how much of itself the support's friction is greater when it is cold."""
+    """The part by which the support's friction is greater when it is cold."""
     warming_s: float = 600.0
     begun_s: float = 0.0
     """When its first recording begins, after the set-up."""
@@ -58,7 +58,7 @@ class Pair:
 
 @dataclass(frozen=True)
 class Group:
-    """A fault by its name, its size drawn from a range, and what it does to a healthy pair."""
+    """A fault: its name, the range of its size, and its effect on a healthy pair."""
 
     name: str
     low: float
@@ -87,20 +87,20 @@ def healthy(seed: int, recording_gain: float = 0.002) -> Pair:
 def faulty(group: Group, seed: int) -> Pair:
     """Return a rig with that fault; its size is drawn with the seed."""
     size = _size(group, seed)
-    said = f"{size:.3g} {group.unit}" if group.unit != "1" else f"{size:.2%}"
-    return replace(group.apply(healthy(seed), size), group=group.name, size=said)
+    size_text = f"{size:.3g} {group.unit}" if group.unit != "1" else f"{size:.2%}"
+    return replace(group.apply(healthy(seed), size), group=group.name, size=size_text)
 
 
 def run_after(pair: Pair) -> Run:
     """Return a no-load run after the loaded one.
 
-    A support that has become warmer or colder goes on by none up to as much again, and a gain that
-    has changed stays so. What comes with the load or with the bearing goes with it.
+    A support that became warmer or colder changes further, by up to the same amount, and a changed
+    gain stays changed. Effects of the load or of the bearing disappear with it.
     """
     rng = np.random.default_rng([pair.seed, 6])
-    begun = pair.loaded.begun_s + _LASTS_S + rng.uniform(300.0, 1200.0)
-    run, further = replace(pair.no_load, begun_s=begun), rng.uniform(1.0, 2.0)
-    group = next((each for each in FAULTS if each.name == pair.group), None)
+    begun_s = pair.loaded.begun_s + _DURATION_S + rng.uniform(300.0, 1200.0)
+    run, further = replace(pair.no_load, begun_s=begun_s), rng.uniform(1.0, 2.0)
+    group = next((fault for fault in FAULTS if fault.name == pair.group), None)
     if group is None:
         return run
     if group.apply is _warmer:
@@ -109,7 +109,7 @@ def run_after(pair: Pair) -> Run:
 
 
 def known_bearing(pair: Pair) -> Pair:
-    """Return the pair with a bearing of little friction, which is known, in place of the other."""
+    """Return the pair with another bearing, of little and known friction."""
     share = KNOWN_NM / pair.loaded.rig.bearing_static_nm
     names = ("bearing_kinetic_nm", "bearing_static_nm", "bearing_bristle")
     return _loaded_rig(pair, share - 1.0, *names)
@@ -164,7 +164,7 @@ def _chain(rng: Generator) -> Chain:
 
 
 def _scaled(rig: Rig, growth: float, *names: str) -> Rig:
-    """Return the rig with some of its figures greater by a share of themselves."""
+    """Return the rig with some of its parameters increased in proportion."""
     return rig._replace(**{name: getattr(rig, name) * (1.0 + growth) for name in names})
 
 
@@ -172,24 +172,26 @@ def _loaded_rig(pair: Pair, growth: float, *names: str) -> Pair:
     return replace(pair, loaded=replace(pair.loaded, rig=_scaled(pair.loaded.rig, growth, *names)))
 
 
-def _both_rigs(pair: Pair, **figures: float) -> Pair:
+def _both_rigs(pair: Pair, **parameters: float) -> Pair:
     return replace(
         pair,
-        no_load=replace(pair.no_load, rig=pair.no_load.rig._replace(**figures)),
-        loaded=replace(pair.loaded, rig=pair.loaded.rig._replace(**figures)),
+        no_load=replace(pair.no_load, rig=pair.no_load.rig._replace(**parameters)),
+        loaded=replace(pair.loaded, rig=pair.loaded.rig._replace(**parameters)),
     )
 
 
-def _both_chains(pair: Pair, **figures: float) -> Pair:
+def _both_chains(pair: Pair, **parameters: float) -> Pair:
     return replace(
         pair,
-        no_load=replace(pair.no_load, chain=pair.no_load.chain._replace(**figures)),
-        loaded=replace(pair.loaded, chain=pair.loaded.chain._replace(**figures)),
+        no_load=replace(pair.no_load, chain=pair.no_load.chain._replace(**parameters)),
+        loaded=replace(pair.loaded, chain=pair.loaded.chain._replace(**parameters)),
     )
 
 
-def _loaded_chain(pair: Pair, **figures: float) -> Pair:
-    return replace(pair, loaded=replace(pair.loaded, chain=pair.loaded.chain._replace(**figures)))
+def _loaded_chain(pair: Pair, **parameters: float) -> Pair:
+    return replace(
+        pair, loaded=replace(pair.loaded, chain=pair.loaded.chain._replace(**parameters))
+    )
 
 
 def _left_load(pair: Pair, load_n: float) -> Pair:
@@ -212,7 +214,7 @@ def _warmer(pair: Pair, size: float) -> Pair:
 
 
 _FRICTION = ("support_coulomb_nm", "support_static_nm")
-_LASTS_S = 130.0
+_DURATION_S = 130.0
 """How long a run takes."""
 
 FAULTS = (

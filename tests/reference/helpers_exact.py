@@ -1,4 +1,4 @@
-"""Least squares in rational numbers: no rounding, so what it gives is the answer."""
+"""Least squares in rational numbers: exact, without rounding."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ class ExactSolution:
 
 
 def exact_least_squares(design, y) -> ExactSolution:
-    """Solve the normal equations; ZeroDivisionError where the columns are dependent."""
+    """Solve the normal equations; raises ZeroDivisionError if the columns are dependent."""
     rows = [[Fraction(value) for value in row] for row in design]
     values = [Fraction(value) for value in y]
     p = len(rows[0])

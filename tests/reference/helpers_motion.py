@@ -1,4 +1,4 @@
-"""Runs of the simulated rigs whose motion is shown by an angle, a tacho, an index pulse, or not."""
+"""Runs of the simulated rigs with an angle, a tacho, an index pulse or no motion channel."""
 
 from __future__ import annotations
 
@@ -19,15 +19,19 @@ from rigrunner_bearings.devices.swing_tester_sim.parameters import RigParameters
 
 UNITS = {"angle": "rad", "velocity": "rad/s", "index": "1"}
 BY_ENTRY = "none"
-"""Nothing but the torque is recorded."""
+"""Only the torque is recorded."""
 
 
 def run_by(motion, parameters, load_n, frequencies=FREQUENCIES, *, seed=0, cycles=30):
-    """Return a run that records torque and one channel of UNITS, or BY_ENTRY torque alone."""
-    bare = run_data(parameters, load_n, frequencies, seed, cycles=1)
-    kept = ("torque",) if motion == BY_ENTRY else ("torque", motion)
-    recordings = (_again(each, parameters, seed, cycles) for each in bare.recordings)
-    return replace(bare, recordings=tuple(_only(each, kept) for each in recordings))
+    """Return a run with torque and one channel of UNITS, or with torque alone for BY_ENTRY."""
+    short = run_data(parameters, load_n, frequencies, seed, cycles=1)
+    names = ("torque",) if motion == BY_ENTRY else ("torque", motion)
+    recordings = (
+        _record_again(recording, parameters, seed, cycles) for recording in short.recordings
+    )
+    return replace(
+        short, recordings=tuple(_with_channels(recording, names) for recording in recordings)
+    )
 
 
 def random_rig(model, seed):
@@ -57,21 +61,21 @@ def random_rig(model, seed):
     )
 
 
-def _again(recording, parameters, seed, cycles):
-    """Return the recording taken again, with every channel and so many cycles."""
+def _record_again(recording, parameters, seed, cycles):
+    """Record again with every channel and this number of cycles."""
     hertz, load_n = (recording.setpoints[f"tester.{name}"] for name in ("frequency", "load"))
     errors = draw_constant_errors(parameters.sensors, rig_source(seed))
     state = RigState(hertz, load_n, 60.0)
     samples = round(cycles / hertz * parameters.sensors.sample_rate_hz)
     rng = noise_source(seed, state, 0)
-    found = sample_channels(make_rig(parameters), state, samples, errors, rng)
+    by_channel = sample_channels(make_rig(parameters), state, samples, errors, rng)
     return replace(
         recording,
-        channels={f"tester.{name}": values for name, values in found.items()},
+        channels={f"tester.{name}": values for name, values in by_channel.items()},
         units=dict(recording.units) | {f"tester.{name}": unit for name, unit in UNITS.items()},
     )
 
 
-def _only(recording, names):
-    kept = {f"tester.{name}": recording.channels[f"tester.{name}"] for name in names}
-    return replace(recording, channels=kept)
+def _with_channels(recording, names):
+    channels = {f"tester.{name}": recording.channels[f"tester.{name}"] for name in names}
+    return replace(recording, channels=channels)

@@ -1,7 +1,7 @@
-"""What remains without an angle channel, on random rigs of both models.
+"""Accuracy without an angle channel, on random rigs of both models.
 
-The index stands anywhere within the tolerance that the station states; every rig has sensors, noise
-and a resonance of its own.
+The index is anywhere within the tolerance that the station states; sensors, noise and resonance
+differ from rig to rig.
 """
 
 from __future__ import annotations
@@ -74,13 +74,13 @@ def errors_and_expanded(motion):
     return np.array(errors), np.array(expanded)
 
 
-def test_by_tacho_the_waveform_methods_are_nearly_as_good():
+def test_waveform_methods_by_tacho_are_nearly_as_accurate():
     errors, expanded = errors_and_expanded("velocity")
     assert np.sqrt(np.mean(errors**2)) <= 0.008
     assert (np.abs(errors) <= expanded).mean() >= 0.95
 
 
-def test_by_index_they_are_worse_and_say_so():
+def test_waveform_methods_by_index_state_larger_uncertainty():
     errors, expanded = errors_and_expanded("index")
     assert np.sqrt(np.mean(errors**2)) <= 0.02
     assert (np.abs(errors) <= expanded).mean() >= 0.95
@@ -88,37 +88,37 @@ def test_by_index_they_are_worse_and_say_so():
 
 
 @pytest.mark.parametrize(("model", "seed"), RIGS)
-def test_by_entry_only_peak_methods_remain(model, seed):
-    found = result(model, seed, BY_ENTRY)
+def test_only_peak_methods_apply_by_entered_frequency(model, seed):
+    entered = result(model, seed, BY_ENTRY)
     by_angle = result(model, seed, "velocity")
-    for name, each in TorqueDetails.of(found).compensations.items():
-        assert bool(each.points) == (name in PEAKS)
+    for name, compensation in TorqueDetails.of(entered).compensations.items():
+        assert bool(compensation.points) == (name in PEAKS)
     for name in PEAKS:
         torques, expected = (
             np.array(
-                [point.torque.value for point in TorqueDetails.of(each).compensations[name].points]
+                [point.torque.value for point in TorqueDetails.of(item).compensations[name].points]
             )
-            for each in (found, by_angle)
+            for item in (entered, by_angle)
         )
         assert torques == pytest.approx(expected, abs=0.02)
-    assert found.headline is None
-    assert "needs an angle channel" in found.notes[0]
+    assert entered.headline is None
+    assert "needs an angle channel" in entered.notes[0]
 
 
-def test_what_is_missing_stands_in_checks_and_document():
-    found = result("closed", 1, BY_ENTRY)
-    names = {check.name: check for check in found.checks}
+def test_missing_angle_is_in_checks_and_document():
+    entered = result("closed", 1, BY_ENTRY)
+    names = {check.name: check for check in entered.checks}
     assert names["angle channel"].consequence is Consequence.NOTE
     assert names["no-load run: angle channel"].consequence is Consequence.NOTE
     assert names["entered frequency"].consequence is Consequence.NOTHING
-    content = document(found)
+    content = document(entered)
     assert content["points"][0]["motion"] == "entered"
     assert "angle channel" in content["compensations"]["energy"]["not_applicable"]
     assert content["headline"]["compensated"] is None
 
 
-def test_an_entry_that_is_wrong_by_5_percent_is_flagged_without_any_motion():
+def test_entry_wrong_by_5_percent_is_flagged_without_motion():
     wrong = analysed(rig_of("closed", 5, frequency_error=0.05), 5, BY_ENTRY)
-    check = next(each for each in wrong.checks if each.name == "entered frequency")
+    check = next(check for check in wrong.checks if check.name == "entered frequency")
     assert check.consequence is Consequence.NOTE
     assert "entered 10 Hz, torque repeats at 10.5 Hz" in check.text

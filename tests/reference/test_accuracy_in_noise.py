@@ -1,6 +1,6 @@
-"""What is left of the torque's accuracy where noise is five times the usual.
+"""Accuracy of the torque with five times the usual noise.
 
-The maximum of a noisy curve is too great: without correction template_inverse reads 20 mN·m to
+The maximum of a noisy curve is too high: without correction template_inverse reads 20 mN·m to
 30 mN·m high from 30 Hz to 35 Hz on either rig model.
 """
 
@@ -20,13 +20,13 @@ NOISE_NM = 0.1
 
 @pytest.mark.thorough
 @pytest.mark.parametrize("model", [RigParameters, OdeParameters], ids=["closed form", "ode"])
-def test_what_noise_adds_to_the_maximum_is_taken_off(model):
+def test_noise_bias_of_maximum_is_corrected(model):
     parameters = model()
     parameters = replace(parameters, sensors=replace(parameters.sensors, noise_nm=NOISE_NM))
     outcomes = [compensate(sweep_of(parameters, HERTZ, seed)) for seed in range(3)]
     errors = np.array([errors_nm(parameters, outcome) for outcome in outcomes])
     expanded = np.array(
-        [[coverage_factor(p.torque.dof) * p.torque.u for p in each.points] for each in outcomes]
+        [[coverage_factor(p.torque.dof) * p.torque.u for p in o.points] for o in outcomes]
     )
     assert abs(errors[:, 4:].mean()) < 0.014
     assert (np.abs(errors) <= expanded).mean() >= 0.95

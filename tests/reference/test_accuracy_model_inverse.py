@@ -1,4 +1,4 @@
-"""What model_inverse reaches on both rig models, at frequencies left out of the sweep too.
+"""Accuracy of model_inverse on both rig models, also at frequencies left out of the sweep.
 
 Stated limits of the product: on the closed form, 12 seeds and 12 frequencies, an RMSE of 0.006 N·m;
 on the time-domain rig J within 2 %, fn within 3 %, and an error of at most 0.02 N·m.
@@ -24,15 +24,15 @@ BOTH_ENDS = (0, 2, 4, 6, 8, 11)
 """Six of the twelve frequencies, with the lowest and the highest."""
 
 
-def compensate(made):
-    return ModelInverse(InverseSettings())(made)
+def compensate(sweep):
+    return ModelInverse(InverseSettings())(sweep)
 
 
-def with_few(made):
-    return replace(made, no_load=tuple(made.no_load[i] for i in BOTH_ENDS))
+def with_few(sweep):
+    return replace(sweep, no_load=tuple(sweep.no_load[i] for i in BOTH_ENDS))
 
 
-def study(parameters, seeds, change=lambda made: made):
+def study(parameters, seeds, change=lambda sweep: sweep):
     outcomes = [compensate(change(sweep_of(parameters, seed=seed))) for seed in seeds]
     return np.array([errors_nm(parameters, outcome) for outcome in outcomes]), outcomes
 
@@ -51,13 +51,13 @@ def rmse(errors):
     return float(np.sqrt(np.mean(errors**2)))
 
 
-def test_closed_form(closed_form):
+def test_closed_form_is_within_stated_limits(closed_form):
     errors, _ = closed_form
     assert errors.shape == (12, 12)
     assert rmse(errors) <= 0.006
 
 
-def test_time_domain(time_domain):
+def test_time_domain_is_within_stated_limits(time_domain):
     errors, outcomes = time_domain
     assert np.abs(errors).max() <= 0.02
     for outcome in outcomes:
@@ -68,14 +68,14 @@ def test_time_domain(time_domain):
 
 
 @pytest.mark.parametrize("parameters", [RigParameters(), OdeParameters()], ids=["closed", "ode"])
-def test_frequencies_left_out_of_the_sweep(parameters):
+def test_frequencies_left_out_of_sweep_are_within_limits(parameters):
     errors, _ = study(parameters, range(3), with_few)
     assert errors.shape == (3, 12)
     assert rmse(errors) <= 0.006
     assert np.abs(errors).max() <= 0.02
 
 
-def test_interval_holds_the_truth(closed_form, time_domain):
+def test_interval_covers_the_truth(closed_form, time_domain):
     for errors, outcomes in (closed_form, time_domain):
         expanded = np.array(
             [[p.torque.u * coverage_factor(p.torque.dof) for p in o.points] for o in outcomes]
@@ -83,7 +83,7 @@ def test_interval_holds_the_truth(closed_form, time_domain):
         assert np.mean(np.abs(errors) <= expanded) >= 0.95
 
 
-def test_a_frequency_outside_of_the_sweep_is_refused():
-    made = sweep_of(RigParameters(), seed=0)
+def test_frequency_outside_sweep_is_refused():
+    sweep = sweep_of(RigParameters(), seed=0)
     with pytest.raises(DataError, match=r"35 Hz is outside of the no-load sweep, 1 Hz to 33 Hz"):
-        compensate(replace(made, no_load=made.no_load[:-1]))
+        compensate(replace(sweep, no_load=sweep.no_load[:-1]))

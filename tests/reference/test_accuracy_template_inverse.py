@@ -1,9 +1,9 @@
-"""What template_inverse reaches on both rig models, against the truth that they keep.
+"""Accuracy of template_inverse on both rig models, against their simulated truth.
 
-Both are stated limits of the product: on the closed form, 12 seeds and 12 frequencies, an RMSE of
+The stated limits of the product are: on the closed form, 12 seeds and 12 frequencies, an RMSE of
 0.008 N·m and a greatest error of 0.02 N·m; on the time-domain rig, which shares no friction or
 drive-line code with the first, 0.012 N·m and 0.02 N·m from 5 Hz to 35 Hz. The 95 % interval must
-hold the truth on both without being padded.
+cover the truth on both without being padded.
 """
 
 from math import sqrt
@@ -56,7 +56,7 @@ def rmse(errors):
 
 
 @pytest.mark.thorough
-def test_closed_form(closed_form):
+def test_closed_form_is_within_stated_limits(closed_form):
     errors, _ = closed_form
     assert errors.shape == (12, 12)
     assert rmse(errors) <= 0.008
@@ -64,7 +64,7 @@ def test_closed_form(closed_form):
 
 
 @pytest.mark.thorough
-def test_time_domain(time_domain):
+def test_time_domain_is_within_stated_limits(time_domain):
     errors, _ = time_domain
     from_5_hz = errors[:, 2:]
     assert rmse(from_5_hz) <= 0.012
@@ -72,8 +72,8 @@ def test_time_domain(time_domain):
 
 
 @pytest.mark.thorough
-def test_reaches_what_was_measured(either):
-    """Half the limits: a change that costs accuracy shows here before a limit is broken."""
+def test_accuracy_is_half_the_stated_limits(either):
+    """Half the limits: a loss of accuracy shows here before a stated limit is exceeded."""
     errors, _ = either
     assert rmse(errors) <= 0.004
     assert np.abs(errors).max() <= 0.0125
@@ -81,7 +81,7 @@ def test_reaches_what_was_measured(either):
 
 @pytest.mark.thorough
 def test_torque_does_not_depend_on_frequency(either):
-    """10 Hz against 35 Hz, mean of the seeds: 0.4 % for either model, but for what noise leaves."""
+    """10 Hz against 35 Hz, mean of the seeds: 0.4 % for either model, apart from noise."""
     errors, _ = either
     spread = errors[:, 11] - errors[:, 4]
     noise = spread.std(ddof=1) / sqrt(len(spread))
@@ -89,7 +89,7 @@ def test_torque_does_not_depend_on_frequency(either):
 
 
 @pytest.mark.thorough
-def test_interval_holds_the_truth(either):
+def test_interval_covers_the_truth(either):
     errors, outcomes = either
     expanded = np.array(
         [[p.torque.u * coverage_factor(p.torque.dof) for p in o.points] for o in outcomes]
@@ -99,30 +99,30 @@ def test_interval_holds_the_truth(either):
 
 @pytest.mark.thorough
 def test_uncertainty_is_not_padded(either):
-    """Of what the simulators simulate, stated and seen error agree within a factor of 1.5.
+    """For simulated errors, stated uncertainty and observed error agree within a factor of 1.5.
 
     The set-points of one rig share its sensor, so each rig is one value of the mean square, and few
-    rigs show little of it: what is held to the factor is the far end of its 90 % interval. Over 48
+    rigs leave it uncertain: the factor is compared with the far end of its 90 % interval. Over 48
     rigs of the closed form the ratio is 0.76 ± 0.08, over 36 of the time domain 0.70 ± 0.07 (95 %):
     lines such as 'finite band' are limits for resonances of 200 to 800 Hz, not for 400 Hz alone.
     """
     errors, outcomes = either
-    stated = np.array([[own_u(point) for point in outcome.points] for outcome in outcomes])
+    stated = np.array([[simulated_u(point) for point in outcome.points] for outcome in outcomes])
     squares = np.mean((errors / stated) ** 2, axis=1)
     t = coverage_factor(len(squares) - 1, 0.9)
-    off = t * squares.std(ddof=1) / sqrt(len(squares))
-    assert sqrt(squares.mean() + off) > 1 / 1.5
-    assert sqrt(max(squares.mean() - off, 0.0)) < 1.5
+    half_width = t * squares.std(ddof=1) / sqrt(len(squares))
+    assert sqrt(squares.mean() + half_width) > 1 / 1.5
+    assert sqrt(max(squares.mean() - half_width, 0.0)) < 1.5
 
 
 @pytest.mark.thorough
-def test_interval_is_not_absurd(either):
+def test_uncertainty_is_below_12_mnm(either):
     _, outcomes = either
     assert max(p.torque.u for o in outcomes for p in o.points) < 0.012
 
 
-def own_u(point):
-    """Return the uncertainty without what these rigs do not do wrong."""
+def simulated_u(point):
+    """Return the uncertainty without errors that these rigs do not have."""
     return sqrt(sum(part.u**2 for part in point.components if part.name not in NOT_SIMULATED))
 
 
@@ -130,7 +130,7 @@ def own_u(point):
 @pytest.mark.parametrize(
     "model", first(1, [OdeParameters, RigParameters]), ids=["ode", "closed form"]
 )
-def test_other_couplings(model, natural_hz):
+def test_other_resonances_are_within_limits(model, natural_hz):
     parameters = model(natural_hz=natural_hz)
     outcome = compensate(sweep_of(parameters, FEW))
     errors = errors_nm(parameters, outcome)

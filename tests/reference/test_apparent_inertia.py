@@ -1,4 +1,4 @@
-"""How far the inertia from raw no-load peaks is from the true one, as `inertia_physical` says."""
+"""Deviation of the inertia from raw no-load peaks, as `inertia_physical` documents it."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from unit.analysis.helpers_analysis import analysed, no_load_spec
 @pytest.mark.parametrize(
     ("natural_hz", "low", "high"), [(300, 0.0, 0.3), (600, -0.08, 0.08), (800, -0.08, 0.08)]
 )
-def test_ringing_of_the_drive_line_is_in_it(inertia_kgm2, natural_hz, low, high):
+def test_apparent_inertia_includes_ringing_of_drive_line(inertia_kgm2, natural_hz, low, high):
     rig = RigParameters(inertia_kgm2=inertia_kgm2, natural_hz=natural_hz, sensors=IDEAL_SENSORS)
     run = run_data(rig, 0, cycles=7)
     fits = {
@@ -26,7 +26,7 @@ def test_ringing_of_the_drive_line_is_in_it(inertia_kgm2, natural_hz, low, high)
     assert low < apparent / inertia_kgm2 - 1 < high
 
 
-def test_on_the_default_rig_it_is_an_eighth_too_large():
+def test_apparent_inertia_of_default_rig_is_an_eighth_too_large():
     """The standard uncertainty from the scatter about the curve does not cover this."""
     curve = TorqueDetails.of(analysed(run_data(RigParameters(), 0, seed=1))).fits[1].curve
     ratio = curve.coefficients[2] / RigParameters().inertia_kgm2

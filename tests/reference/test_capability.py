@@ -10,34 +10,34 @@ from rigrunner.api.errors import DataError
 from rigrunner_fleet.trends.capability import capability, one_sided, smaller, two_sided
 
 
-def test_the_interval_of_cp():
+def test_interval_of_cp():
     """Montgomery, Introduction to Statistical Quality Control, 6th edition, example 8.4.
 
-    USL 62, LSL 38, 20 values with s = 1.75: Cp = 2.29, and 1.57 <= Cp <= 3.01 with 95 %, worked
-    there from 2.29 and a chi-square of 8.91, both rounded: 1.568, where all digits give 1.565.
+    USL 62, LSL 38, 20 values with s = 1.75: Cp = 2.29, and 1.57 <= Cp <= 3.01 with 95 %, computed
+    there from 2.29 and a chi-square of 8.91, both rounded: 1.568; with all digits it is 1.565.
     """
-    found = two_sided((62.0 - 38.0) / (6.0 * 1.75), 20, 0.95)
-    assert found.value == pytest.approx(2.29, abs=5e-3)
-    assert found.low == pytest.approx(1.57, abs=6e-3)
-    assert found.high == pytest.approx(3.01, abs=5e-3)
+    cp = two_sided((62.0 - 38.0) / (6.0 * 1.75), 20, 0.95)
+    assert cp.value == pytest.approx(2.29, abs=5e-3)
+    assert cp.low == pytest.approx(1.57, abs=6e-3)
+    assert cp.high == pytest.approx(3.01, abs=5e-3)
 
 
 def test_bissells_interval_of_cpk():
     """Cpk (1 -+ z sqrt(1/(9 n Cpk^2) + 1/(2(n - 1)))), by hand: 1.33 (1 -+ 1.960 x 0.17163)."""
-    found = smaller(1.33, 20, 0.95)
-    assert found.low == pytest.approx(0.8826, abs=2e-4)
-    assert found.high == pytest.approx(1.7774, abs=2e-4)
+    cpk = smaller(1.33, 20, 0.95)
+    assert cpk.low == pytest.approx(0.8826, abs=2e-4)
+    assert cpk.high == pytest.approx(1.7774, abs=2e-4)
 
 
 @pytest.mark.thorough
-def test_bissells_interval_holds_the_true_index_about_as_often():
+def test_bissells_interval_has_about_stated_coverage():
     """Bissell, Appl. Stat. 39 (1990) 331-340: approximate, for values that are normal."""
     rng = np.random.default_rng(7)
-    held = 0
+    covered = 0
     for _ in range(500):
-        found = capability(rng.normal(0.4, 1.0, 40), lower=-4.0, upper=4.0)
-        held += found.indices[1].low <= 1.2 <= found.indices[1].high
-    assert held / 500 == pytest.approx(0.95, abs=0.03)
+        result = capability(rng.normal(0.4, 1.0, 40), lower=-4.0, upper=4.0)
+        covered += result.indices[1].low <= 1.2 <= result.indices[1].high
+    assert covered / 500 == pytest.approx(0.95, abs=0.03)
 
 
 @pytest.mark.parametrize(
@@ -50,11 +50,11 @@ def test_bissells_interval_holds_the_true_index_about_as_often():
         (43, 0.90, 0.99, 1.8740),
     ],
 )
-def test_the_interval_of_a_one_sided_index(count, within, confidence, factor):
+def test_interval_of_one_sided_index(count, within, confidence, factor):
     """One-sided tolerance factors: Natrella, NBS Handbook 91 (1963), table A-7; NIST 7.2.6.3 (43).
 
     With mean + k s at the limit, at least that part of all values is within it with the factor's
-    confidence: the true index is at least z/3 where the found one is k/3.
+    confidence: the true index is at least z/3 if the estimated one is k/3.
     """
     low = one_sided("Cpu", factor / 3.0, count, 2.0 * confidence - 1.0).low
     assert 3.0 * low == pytest.approx(stats.norm.ppf(within), abs=6e-4)
@@ -62,34 +62,34 @@ def test_the_interval_of_a_one_sided_index(count, within, confidence, factor):
 
 @pytest.mark.parametrize("index", [1e3, 1e5, 1e8, -1e5])
 @pytest.mark.parametrize("count", [10, 1000])
-def test_a_limit_far_from_all_values_has_the_interval_of_their_deviation(index, count):
-    """So far out the mean is known as if exactly: what scatters is s, by chi-square."""
-    found = one_sided("Cpu", index, count, 0.95)
+def test_far_limit_has_interval_of_standard_deviation(index, count):
+    """So far out the mean is practically exact: only s scatters, by chi-square."""
+    cpu = one_sided("Cpu", index, count, 0.95)
     factors = np.sqrt(stats.chi2.ppf([0.025, 0.975], count - 1) / (count - 1))
-    assert [found.low, found.high] == pytest.approx(sorted(index * factors), rel=1e-6)
+    assert [cpu.low, cpu.high] == pytest.approx(sorted(index * factors), rel=1e-6)
 
 
-def test_the_interval_far_out_goes_on_where_the_exact_one_ends():
-    near, far = (one_sided("Cpu", 1000.0 * each, 10, 0.95) for each in (0.3162, 0.3163))
+def test_far_interval_continues_the_exact_one():
+    near, far = (one_sided("Cpu", 1000.0 * index, 10, 0.95) for index in (0.3162, 0.3163))
     assert far.low / near.low == pytest.approx(0.3163 / 0.3162, rel=1e-5)
     assert far.high / near.high == pytest.approx(0.3163 / 0.3162, rel=1e-5)
 
 
-def test_an_interval_holds_the_true_index_as_often_as_it_says():
+def test_one_sided_interval_has_stated_coverage():
     rng = np.random.default_rng(6)
-    true, held = 1.2, 0
+    true, covered = 1.2, 0
     for _ in range(500):
         (index,) = capability(rng.normal(0.0, 1.0, 25), upper=3.6).indices
-        held += index.low <= true <= index.high
-    assert held / 500 == pytest.approx(0.95, abs=0.03)
+        covered += index.low <= true <= index.high
+    assert covered / 500 == pytest.approx(0.95, abs=0.03)
 
 
-def test_which_indices_there_are():
+def test_indices_depend_on_given_limits():
     values = np.linspace(9.0, 12.0, 20)
-    assert [each.name for each in capability(values, lower=8.0).indices] == ["Cpl"]
-    both = capability(values, lower=8.0, upper=20.0)
-    assert [each.name for each in both.indices] == ["Cp", "Cpk", "Cpu", "Cpl"]
-    cp, cpk, cpu, cpl = (each.value for each in both.indices)
+    assert [index.name for index in capability(values, lower=8.0).indices] == ["Cpl"]
+    result = capability(values, lower=8.0, upper=20.0)
+    assert [index.name for index in result.indices] == ["Cp", "Cpk", "Cpu", "Cpl"]
+    cp, cpk, cpu, cpl = (index.value for index in result.indices)
     deviation = np.std(values, ddof=1)
     assert cpl == cpk == pytest.approx((10.5 - 8.0) / (3 * deviation))
     assert cpu == pytest.approx((20.0 - 10.5) / (3 * deviation))
@@ -103,9 +103,9 @@ def test_which_indices_there_are():
         (range(20), {}),
         (range(20), {"lower": 5.0, "upper": 5.0}),
         ([1.0] * 20, {"upper": 5.0}),
-        ([0.72] * 30, {"upper": 5.0}),  # their deviation is 1e-16, for the mean is rounded
+        ([0.72] * 30, {"upper": 5.0}),  # their deviation is 1e-16, as the mean is rounded
     ],
 )
-def test_what_bears_no_capability_is_refused(values, limits):
+def test_data_without_capability_are_refused(values, limits):
     with pytest.raises(DataError):
         capability(list(values), **limits)

@@ -1,8 +1,8 @@
-"""What misaligned clocks do to the starting torque, on both rig models.
+"""The effect of misaligned clocks on the starting torque, on both rig models.
 
-Each recording's torque is shifted in time against its angle by an error of its own. Within the
-tolerance the stated interval holds the simulator's truth; beyond it the result would be wrong by
-more than it states, and none is given. The table of docs/evidence/clocks.md has more draws.
+Each recording's torque is shifted in time against its angle by an independent error. Within the
+tolerance the stated interval covers the simulator's truth; beyond it the result would be wrong by
+more than its U and is refused. The table of docs/evidence/clocks.md has more draws.
 """
 
 from __future__ import annotations
@@ -29,22 +29,22 @@ RIGS = pytest.mark.parametrize(
 
 
 def misaligned(points, u_s, rng):
-    """Shift each point's torque in time by a normal error; a shift is a turn of each harmonic."""
-    made = []
+    """Shift each point's torque in time by a normal error: a phase shift of each harmonic."""
+    shifted = []
     for point in points:
         turn = 2 * np.pi * point.frequency_hz.value * u_s * rng.standard_normal()
         spectrum = np.fft.rfft(point.torque_nm, axis=-1)
         spectrum = spectrum * np.exp(-1j * turn * np.arange(spectrum.shape[-1]))
         torque = np.fft.irfft(spectrum, point.torque_nm.shape[-1], axis=-1)
-        made.append(replace(point, torque_nm=torque, alignment_u_s=u_s))
-    return tuple(made)
+        shifted.append(replace(point, torque_nm=torque, alignment_u_s=u_s))
+    return tuple(shifted)
 
 
-def drawn(rig, u_s):
+def misaligned_sweep(rig, u_s):
     rng = np.random.default_rng(4)
-    whole = sweep_of(rig, FREQUENCIES, 1)
-    loaded, no_load = (misaligned(run, u_s, rng) for run in (whole.loaded, whole.no_load))
-    return replace(whole, loaded=loaded, no_load=no_load)
+    sweep = sweep_of(rig, FREQUENCIES, 1)
+    loaded, no_load = (misaligned(run, u_s, rng) for run in (sweep.loaded, sweep.no_load))
+    return replace(sweep, loaded=loaded, no_load=no_load)
 
 
 def errors_nm(rig, points):
@@ -53,20 +53,20 @@ def errors_nm(rig, points):
 
 
 @RIGS
-def test_within_the_tolerance_the_interval_holds_the_truth(rig):
-    found = compensated(METHOD, drawn(rig, 15e-6))
-    assert found.not_applicable == ""
-    u_nm = np.array([point.torque.u for point in found.points])
-    assert np.all(np.abs(errors_nm(rig, found.points)) <= 2 * u_nm)
-    assert all(any(c.name == ALIGNMENT for c in p.components) for p in found.points)
+def test_interval_covers_truth_within_tolerance(rig):
+    compensation = compensated(METHOD, misaligned_sweep(rig, 15e-6))
+    assert compensation.not_applicable == ""
+    u_nm = np.array([point.torque.u for point in compensation.points])
+    assert np.all(np.abs(errors_nm(rig, compensation.points)) <= 2 * u_nm)
+    assert all(any(c.name == ALIGNMENT for c in p.components) for p in compensation.points)
 
 
 @RIGS
-def test_beyond_it_no_result_is_given_that_would_be_wrong(rig):
-    bad = drawn(rig, 500e-6)
-    found = compensated(METHOD, bad)
-    assert "two clocks, aligned to 0.5 ms" in found.not_applicable
-    assert found.points == ()
+def test_wrong_result_beyond_tolerance_is_refused(rig):
+    bad = misaligned_sweep(rig, 500e-6)
+    compensation = compensated(METHOD, bad)
+    assert "two clocks, aligned to 0.5 ms" in compensation.not_applicable
+    assert compensation.points == ()
     unaware = METHOD(bad)
     u_nm = np.array([point.torque.u for point in unaware.points])
     assert np.any(np.abs(errors_nm(rig, unaware.points)) > 2 * u_nm)

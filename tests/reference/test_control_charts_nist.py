@@ -18,7 +18,7 @@ EWMA_PRINTED = (
 """With the target, 50, as the value before the first."""
 
 
-def test_individuals():
+def test_individuals_chart():
     chart = individuals(FLOW_RATES)
     assert chart.individuals.centre == pytest.approx(50.81, abs=5e-3)
     assert chart.moving_range.centre == pytest.approx(1.8778, abs=5e-5)
@@ -27,7 +27,7 @@ def test_individuals():
     assert chart.individuals.lower == pytest.approx(45.8159, abs=2e-3)
 
 
-def test_ewma():
+def test_ewma_chart():
     """The printed process has the mean 50, the standard deviation 2.0539 and the weight 0.3."""
     chart = ewma(EWMA_VALUES, 50.0, 2.0539, weight=0.3)
     assert chart.values == pytest.approx(EWMA_PRINTED, abs=6e-3)

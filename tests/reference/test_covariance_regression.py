@@ -1,4 +1,4 @@
-"""Why a fit's covariance is carried whole: Eq. (2) of the paper at 10 Hz with its uncertainty.
+"""The full covariance of a fit: Eq. (2) of the paper at 10 Hz with its uncertainty.
 
 Wang et al., Machines 2025, 13(11), 976: Td = Tc - (c0 + c1 f + c2 f^2), c by ordinary least squares
 of Table 2. Tc as of Table 1, with u = 0.01 N·m of 10 readings, and a sensor of 20 N·m within
@@ -31,8 +31,8 @@ FIT = PolynomialFit(PolynomialSettings(degree=2))(
 def model(*, with_covariance=True):
     u = np.sqrt(np.diag(FIT.covariance))
     fit = tuple(
-        Input(name, value, each, FIT.dof, line="no-load fit", ensemble="fit")
-        for name, value, each in zip(NAMES, FIT.coefficients, u, strict=True)
+        Input(name, value, u_value, FIT.dof, line="no-load fit", ensemble="fit")
+        for name, value, u_value in zip(NAMES, FIT.coefficients, u, strict=True)
     )
     inputs = (
         Input("peak", 2.16, 0.01, 9, Distribution.T),
@@ -50,35 +50,35 @@ def model(*, with_covariance=True):
     return MeasurementModel(inputs, equation, correlation)
 
 
-def test_with_the_whole_covariance():
-    found = propagate(model())
-    assert found.estimate.value == pytest.approx(0.590935, abs=5e-7)
-    assert found.estimate.u == pytest.approx(0.0920974, abs=5e-8)
-    assert found.estimate.dof == pytest.approx(14.11, abs=0.005)
-    assert coverage_factor(found.estimate.dof) == pytest.approx(2.1432, abs=5e-5)
+def test_uncertainty_with_full_covariance():
+    result = propagate(model())
+    assert result.estimate.value == pytest.approx(0.590935, abs=5e-7)
+    assert result.estimate.u == pytest.approx(0.0920974, abs=5e-8)
+    assert result.estimate.dof == pytest.approx(14.11, abs=0.005)
+    assert coverage_factor(result.estimate.dof) == pytest.approx(2.1432, abs=5e-5)
 
 
-def test_the_fit_is_one_line_of_the_budget():
-    found = propagate(model())
-    assert [part.name for part in found.components] == ["peak", "sensor", "no-load fit"]
-    assert sum(part.u**2 for part in found.components) == pytest.approx(found.estimate.u**2)
-    fit = found.components[-1]
+def test_fit_is_one_budget_line():
+    result = propagate(model())
+    assert [part.name for part in result.components] == ["peak", "sensor", "no-load fit"]
+    assert sum(part.u**2 for part in result.components) == pytest.approx(result.estimate.u**2)
+    fit = result.components[-1]
     assert fit.dof == pytest.approx(5)
     assert fit.u == pytest.approx(sqrt(0.0920974**2 - 0.01**2 - 0.1**2 / 3), abs=1e-7)
 
 
-def test_without_it_the_uncertainty_is_2_6_times_too_large():
-    found = propagate(model(with_covariance=False))
-    assert found.estimate.u == pytest.approx(0.2378, abs=5e-5)
+def test_uncertainty_without_covariance_is_2_6_times_too_large():
+    result = propagate(model(with_covariance=False))
+    assert result.estimate.u == pytest.approx(0.2378, abs=5e-5)
 
 
-def test_by_monte_carlo():
+def test_monte_carlo_of_full_covariance():
     """As a multivariate t of 5 degrees of freedom the fit is wider than its scale.
 
     u is sqrt(0.01^2 9/7 + 0.1^2/3 + u_fit^2 5/3) = 0.1090 N·m, 95 % in [0.379, 0.803] N·m.
     """
-    found = by_trials(output_of(model()), Adaptive())
-    assert found.u == pytest.approx(0.1090, abs=3e-4)
-    assert found.symmetric.low == pytest.approx(0.379, abs=1e-3)
-    assert found.symmetric.high == pytest.approx(0.803, abs=1e-3)
-    assert found.trials >= 1_000_000
+    trials = by_trials(output_of(model()), Adaptive())
+    assert trials.u == pytest.approx(0.1090, abs=3e-4)
+    assert trials.symmetric.low == pytest.approx(0.379, abs=1e-3)
+    assert trials.symmetric.high == pytest.approx(0.803, abs=1e-3)
+    assert trials.trials >= 1_000_000

@@ -1,9 +1,9 @@
 """AIAG, Measurement Systems Analysis, 4th edition (2010): 10 parts, 3 appraisers, 3 trials.
 
 The readings are those of figure III-B 6a, the expected numbers as printed in tables A 3 and A 4,
-but for the F of parts and operators: the manual takes these against the repeatability (213.52 and
-34.44), here they are against the interaction, as the model with random effects has it (Montgomery;
-Burdick, Borror and Montgomery), and worked from the printed mean squares.
+except the F of parts and operators: the manual divides by the repeatability (213.52 and 34.44),
+here the divisor is the interaction, as in the model with random effects (Montgomery; Burdick,
+Borror and Montgomery), computed from the printed mean squares.
 """
 
 from __future__ import annotations
@@ -44,8 +44,8 @@ READINGS = np.array(APPRAISERS).transpose(2, 0, 1)
         ("total", 89, 94.6471, None, None),
     ],
 )
-def test_the_table_is_the_printed_one(source, dof, sum_of_squares, mean_square, f):
-    (row,) = [each for each in gauge_rr(READINGS).table if each.source == source]
+def test_table_equals_printed_one(source, dof, sum_of_squares, mean_square, f):
+    (row,) = [row for row in gauge_rr(READINGS).table if row.source == source]
     assert row.degrees_of_freedom == dof
     assert row.sum_of_squares == pytest.approx(sum_of_squares, abs=5e-5)
     if mean_square is not None:
@@ -55,27 +55,27 @@ def test_the_table_is_the_printed_one(source, dof, sum_of_squares, mean_square, 
 
 
 @pytest.mark.parametrize(("source", "printed"), [("part", 213.52), ("operator", 34.44)])
-def test_the_manuals_own_f_is_that_against_the_repeatability(source, printed):
-    rows = {each.source: each for each in gauge_rr(READINGS).table}
+def test_f_of_manual_is_relative_to_repeatability(source, printed):
+    rows = {row.source: row for row in gauge_rr(READINGS).table}
     f = rows[source].mean_square / rows["repeatability"].mean_square
     assert f == pytest.approx(printed, abs=1e-2)
 
 
-def test_the_components_are_the_printed_ones():
+def test_components_equal_printed_ones():
     study = gauge_rr(READINGS)
     assert study.pooled
-    found = study.components
-    assert found.repeatability == pytest.approx(0.199933, abs=5e-7)
-    assert found.operator == pytest.approx(0.226838, abs=5e-7)
-    assert found.interaction == 0.0
-    assert found.gauge == pytest.approx(0.302373, abs=2e-6)
-    assert found.part == pytest.approx(1.042327, abs=5e-7)
-    assert found.total == pytest.approx(1.0853, abs=5e-5)
-    assert 100.0 * found.gauge / found.total == pytest.approx(27.9, abs=0.05)
-    assert int(found.distinct_categories) == 4
+    components = study.components
+    assert components.repeatability == pytest.approx(0.199933, abs=5e-7)
+    assert components.operator == pytest.approx(0.226838, abs=5e-7)
+    assert components.interaction == 0.0
+    assert components.gauge == pytest.approx(0.302373, abs=2e-6)
+    assert components.part == pytest.approx(1.042327, abs=5e-7)
+    assert components.total == pytest.approx(1.0853, abs=5e-5)
+    assert 100.0 * components.gauge / components.total == pytest.approx(27.9, abs=0.05)
+    assert int(components.distinct_categories) == 4
 
 
-def test_an_interaction_that_is_there_is_not_pooled():
+def test_significant_interaction_is_not_pooled():
     rng = np.random.default_rng(3)
     cells = rng.normal(0.0, 1.0, (10, 3, 1))
     study = gauge_rr(cells + rng.normal(0.0, 0.1, (10, 3, 5)))
@@ -83,18 +83,18 @@ def test_an_interaction_that_is_there_is_not_pooled():
     assert study.components.interaction > 0.5
 
 
-def test_an_interaction_is_pooled_where_its_p_is_above_a_quarter():
+def test_interaction_is_pooled_if_p_is_above_a_quarter():
     rng = np.random.default_rng(8)
     studies = [gauge_rr(rng.normal(size=(5, 3, 2))) for _ in range(60)]
-    found = [(study.table[2].p, study.pooled) for study in studies]
-    assert all(pooled == (p > 0.25) for p, pooled in found)
-    assert sum(0.1 < p < 0.25 for p, _ in found) > 3
-    assert sum(0.25 < p < 0.5 for p, _ in found) > 3
+    results = [(study.table[2].p, study.pooled) for study in studies]
+    assert all(pooled == (p > 0.25) for p, pooled in results)
+    assert sum(0.1 < p < 0.25 for p, _ in results) > 3
+    assert sum(0.25 < p < 0.5 for p, _ in results) > 3
 
 
 @pytest.mark.thorough
-def test_components_are_found_again():
-    """Over many studies the mean variances are those that the readings were made of."""
+def test_mean_components_are_those_of_simulation():
+    """Over many studies the mean variances equal those of the simulated readings."""
     rng = np.random.default_rng(4)
     squares = np.zeros(3)
     for _ in range(400):
@@ -103,8 +103,8 @@ def test_components_are_found_again():
             + rng.normal(0.0, 0.5, (1, 5, 1))
             + rng.normal(0.0, 0.3, (8, 5, 3))
         )
-        found = gauge_rr(readings).components
-        squares += np.square([found.part, found.operator, found.repeatability])
+        components = gauge_rr(readings).components
+        squares += np.square([components.part, components.operator, components.repeatability])
     assert squares / 400 == pytest.approx([4.0, 0.25, 0.09], rel=0.12)
 
 
@@ -112,6 +112,6 @@ def test_components_are_found_again():
     "readings",
     [np.zeros((3, 2, 2)), np.zeros((3, 2)), np.ones((1, 3, 3)), np.full((3, 3, 3), np.nan)],
 )
-def test_what_is_no_study_is_refused(readings):
+def test_invalid_study_is_refused(readings):
     with pytest.raises(DataError):
         gauge_rr(readings)

@@ -1,6 +1,6 @@
 """Houf and Berman, IEEE Trans. Comp. Hybrids Manuf. Technol. 11 (1988) 516-524: thermal impedance.
 
-10 parts, 3 operators, 3 readings, with an interaction that is there. Data and numbers as printed by
+10 parts, 3 operators, 3 readings, with a significant interaction. Data and numbers as printed by
 Montgomery, Design and Analysis of Experiments, 7th edition, example 13.2 (data also by Vidakovic,
 Statistics for Bioengineering Sciences (2011), example 11.14).
 """
@@ -35,17 +35,17 @@ READINGS = np.array([
         ("repeatability", 60, 30.67, 0.51, None),
     ],
 )
-def test_the_table_is_the_printed_one(source, dof, sum_of_squares, mean_square, f):
-    (row,) = [each for each in gauge_rr(READINGS).table if each.source == source]
+def test_table_equals_printed_one(source, dof, sum_of_squares, mean_square, f):
+    (row,) = [row for row in gauge_rr(READINGS).table if row.source == source]
     assert row.degrees_of_freedom == dof
     assert row.sum_of_squares == pytest.approx(sum_of_squares, abs=5.1e-3)
     assert row.mean_square == pytest.approx(mean_square, abs=5.1e-3)
     assert row.f is None if f is None else row.f == pytest.approx(f, abs=5.1e-3)
 
 
-def test_the_components_are_the_printed_ones():
+def test_components_equal_printed_ones():
     study = gauge_rr(READINGS)
     assert not study.pooled
-    found = study.components
-    squares = (found.part, found.operator, found.interaction, found.repeatability)
-    assert [each**2 for each in squares] == pytest.approx([48.29, 0.56, 0.73, 0.51], abs=5.1e-3)
+    sigma = study.components
+    sigmas = (sigma.part, sigma.operator, sigma.interaction, sigma.repeatability)
+    assert [value**2 for value in sigmas] == pytest.approx([48.29, 0.56, 0.73, 0.51], abs=5.1e-3)

@@ -24,18 +24,18 @@ URANIUM = np.array([199.31, 199.53, 200.19, 200.82, 201.92, 201.95, 202.18, 245.
         (100, 3.3841),
     ],
 )
-def test_two_sided_5_percent(n, critical):
+def test_two_sided_critical_values_5_percent(n, critical):
     assert critical_value(n, 0.05) == pytest.approx(critical, abs=5e-5)
 
 
 @pytest.mark.parametrize(("n", "critical"), [(10, 2.4821), (20, 3.0008)])
-def test_two_sided_1_percent(n, critical):
+def test_two_sided_critical_values_1_percent(n, critical):
     assert critical_value(n, 0.01) == pytest.approx(critical, abs=5e-5)
 
 
-def test_one_sided_example():
-    found = Grubbs(GrubbsSettings(side="high"))(URANIUM)
-    assert [rejection.index for rejection in found] == [7]
-    assert found[0].value == 245.57
-    assert found[0].statistic == pytest.approx(2.46876, abs=5e-6)
-    assert found[0].critical == pytest.approx(2.03165, abs=5e-6)
+def test_one_sided_test_of_published_example():
+    rejections = Grubbs(GrubbsSettings(side="high"))(URANIUM)
+    assert [rejection.index for rejection in rejections] == [7]
+    assert rejections[0].value == 245.57
+    assert rejections[0].statistic == pytest.approx(2.46876, abs=5e-6)
+    assert rejections[0].critical == pytest.approx(2.03165, abs=5e-6)

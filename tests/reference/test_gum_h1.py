@@ -30,33 +30,33 @@ INPUTS = (
 
 def length(x):
     difference = x["mean difference"] + x["comparator, random"] + x["comparator, systematic"]
-    warmth = x["mean deviation of temperature"] + x["its variation"]
-    expanded = x["difference in expansion"] * warmth
+    deviation = x["mean deviation of temperature"] + x["its variation"]
+    expanded = x["difference in expansion"] * deviation
     expanded = expanded + x["expansion"] * x["difference in temperature"]
     return x["standard"] * (1 - expanded) + difference
 
 
 @pytest.fixture(scope="module")
-def found():
+def result():
     return propagate(MeasurementModel(INPUTS, length))
 
 
-def test_result(found):
-    assert found.estimate.value == pytest.approx(50_000_838, abs=1e-6)
-    assert round(found.estimate.u) == 32
-    assert found.estimate.dof == pytest.approx(16.7, abs=0.1)
+def test_length_and_its_uncertainty(result):
+    assert result.estimate.value == pytest.approx(50_000_838, abs=1e-6)
+    assert round(result.estimate.u) == 32
+    assert result.estimate.dof == pytest.approx(16.7, abs=0.1)
 
 
-def test_expanded_uncertainty_of_99_percent(found):
-    factor = coverage_factor(floor(found.estimate.dof), 0.99)
+def test_expanded_uncertainty_of_99_percent(result):
+    factor = coverage_factor(floor(result.estimate.dof), 0.99)
     assert factor == pytest.approx(2.92, abs=0.005)
-    assert round(factor * round(found.estimate.u)) == 93  # the guide takes u_c as rounded, 32 nm
-    assert factor * found.estimate.u == pytest.approx(92.5, abs=0.05)  # 2.9208 times 31.66 nm
+    assert round(factor * round(result.estimate.u)) == 93  # the guide takes u_c as rounded, 32 nm
+    assert factor * result.estimate.u == pytest.approx(92.5, abs=0.05)  # 2.9208 times 31.66 nm
 
 
-def test_table_h_1(found):
-    """Each |c_i| u(x_i) as the table has it, in nm."""
-    u = {part.name: part.u for part in found.components}
+def test_contributions_of_table_h_1(result):
+    """Each |c_i| u(x_i) as in the table, in nm."""
+    u = {part.name: part.u for part in result.components}
     assert u["standard"] == pytest.approx(25, abs=0.5)
     parts = ("mean difference", "comparator, random", "comparator, systematic")
     assert sqrt(sum(u[name] ** 2 for name in parts)) == pytest.approx(9.7, abs=0.05)

@@ -1,6 +1,6 @@
 """JCGM 100:2008 (the GUM), H.2: resistance, reactance and impedance, measured simultaneously.
 
-From the five sets of readings of Table H.2; the published results stand in Table H.3.
+From the five sets of readings of Table H.2; the published results are in Table H.3.
 """
 
 from __future__ import annotations
@@ -31,8 +31,8 @@ COVARIANCE = np.cov(READINGS) / READINGS.shape[1]
 def model(name):
     values, u = READINGS.mean(axis=1), np.sqrt(np.diag(COVARIANCE))
     inputs = tuple(
-        Input(each, value, own)
-        for each, value, own in zip(("V", "I", "phi"), values, u, strict=True)
+        Input(symbol, value, u_mean)
+        for symbol, value, u_mean in zip(("V", "I", "phi"), values, u, strict=True)
     )
     return MeasurementModel(inputs, EQUATIONS[name], np.corrcoef(READINGS))
 
@@ -50,9 +50,9 @@ def test_inputs_of_table_h_2():
     [("R", 127.732, 0.071), ("X", 219.847, 0.295), ("Z", 254.260, 0.236)],
 )
 def test_results_of_table_h_3(name, value, u):
-    found = propagate(model(name)).estimate
-    assert found.value == pytest.approx(value, abs=1e-3)
-    assert found.u == pytest.approx(u, abs=1e-3)
+    estimate = propagate(model(name)).estimate
+    assert estimate.value == pytest.approx(value, abs=1e-3)
+    assert estimate.u == pytest.approx(u, abs=1e-3)
 
 
 @pytest.mark.parametrize(
@@ -65,8 +65,8 @@ def test_correlations_of_table_h_3(one, other, r):
 
 
 def test_trials_of_correlated_inputs_agree():
-    """The equation is all but linear there, so that JCGM 101 finds what Table H.3 has."""
-    how = Adaptive(least_trials=200_000, most_trials=200_000)
-    found = by_trials(output_of(model("R")), how)
-    assert found.mean == pytest.approx(127.732, abs=2e-3)
-    assert found.u == pytest.approx(0.071, abs=1e-3)
+    """The equation is nearly linear there, so JCGM 101 gives the values of Table H.3."""
+    settings = Adaptive(least_trials=200_000, most_trials=200_000)
+    trials = by_trials(output_of(model("R")), settings)
+    assert trials.mean == pytest.approx(127.732, abs=2e-3)
+    assert trials.u == pytest.approx(0.071, abs=1e-3)

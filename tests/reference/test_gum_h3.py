@@ -28,7 +28,7 @@ def line():
     return PolynomialFit(PolynomialSettings(degree=1))(points)
 
 
-def test_line(line):
+def test_coefficients_of_the_line(line):
     u = np.sqrt(np.diag(line.covariance))
     assert line.coefficients == pytest.approx([-0.1712037901313500, 0.0021826977398873], rel=1e-12)
     assert u == pytest.approx([0.0028775978351600, 0.0006679387732278], rel=1e-12)
@@ -37,8 +37,8 @@ def test_line(line):
     assert line.dof == 9
 
 
-def test_correction_at_30_degrees_lies_outside_the_calibrated_range(line):
-    """The GUM extrapolates; a curve of ours refuses to, so its parts are combined here."""
+def test_extrapolated_correction_at_30_degrees(line):
+    """The GUM extrapolates; our curves refuse to, so the parts are combined here."""
     value, spread = line.value_and_spread(np.array([30.0 - T0]))
     assert value[0] == pytest.approx(-0.1493768127, abs=5e-11)
     assert np.linalg.norm(spread) == pytest.approx(0.0041385958, abs=5e-11)
@@ -96,33 +96,33 @@ def document(tmp_path_factory):
     (folder / "station.yaml").write_text(STATION.format(rows=rows), encoding="utf-8")
     over = ", ".join(f"{t} °C" for t in READING)
     (folder / "h3.yaml").write_text(PROCEDURE.format(over=over), encoding="utf-8")
-    called = call(
+    output = call(
         "run", folder / "h3.yaml", "--station", folder / "station.yaml", "--unattended",
         "--runs", folder / "runs",
     )  # fmt: skip
-    assert called.code == 0, called.err
-    (found,) = (folder / "runs").iterdir()
-    assert call("verify", found).code == 0
-    return json.loads((found / "result.json").read_text(encoding="utf-8"))
+    assert output.code == 0, output.err
+    (run,) = (folder / "runs").iterdir()
+    assert call("verify", run).code == 0
+    return json.loads((run / "result.json").read_text(encoding="utf-8"))
 
 
-def test_each_published_digit(document):
+def test_every_published_digit(document):
     """H.3.3 and H.3.4: y1 -0.1712(29) K, y2 0.00218(67), r -0.930, b(30 °C) -0.1494(41) K, nu 9."""
-    found = {each["name"]: each["estimate"] for each in document["results"]}
+    estimates = {result["name"]: result["estimate"] for result in document["results"]}
     digits = {
         "intercept": (-0.1712037901313500, 0.0028775978351600),
         "rise": (0.0021826977398873, 0.0006679387732278),
         "correction": (-0.1493768127, 0.0041385958),
     }
     for name, (value, u) in digits.items():
-        assert found[name]["value"] == pytest.approx(value, rel=1e-9)
-        assert found[name]["standard_uncertainty"] == pytest.approx(u, rel=2e-8)
-        assert found[name]["degrees_of_freedom"] == pytest.approx(9)
+        assert estimates[name]["value"] == pytest.approx(value, rel=1e-9)
+        assert estimates[name]["standard_uncertainty"] == pytest.approx(u, rel=2e-8)
+        assert estimates[name]["degrees_of_freedom"] == pytest.approx(9)
     notes = " ".join(document["notes"])
     (r,) = re.findall(r"Correlation of intercept and rise: (\S+)\.(?:\s|$)", notes)
     assert float(r) == pytest.approx(-0.9304296030934, abs=1e-6)
 
 
-def test_the_value_beyond_the_calibrated_range_is_marked(document):
-    assert any("30 °C is outside the points, 21.521 to 26.511 °C" in each
-               for each in document["notes"])  # fmt: skip
+def test_value_outside_calibrated_range_is_marked(document):
+    assert any("30 °C is outside the points, 21.521 to 26.511 °C" in note
+               for note in document["notes"])  # fmt: skip

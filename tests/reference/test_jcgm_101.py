@@ -1,7 +1,7 @@
 """JCGM 101:2008, clause 9: the guide's own examples, recomputed from its inputs.
 
-The intervals are the shortest ones, as in the guide's tables. Where an example has an exact
-solution, that is compared with too, more closely than the printed digits allow.
+The intervals are the shortest ones, as in the guide's tables. If an example has an exact
+solution, it is compared with that too, more closely than the printed digits allow.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from rigrunner.signal.monte_carlo.agreement import difference, gum_interval, tol
 MILLION = Adaptive(least_trials=1_000_000, most_trials=1_000_000)
 
 
-def the_sum(*parts):
+def sum_of(*parts):
     return lambda rng, n: np.sum([part.draw(rng, n) for part in parts], axis=0)
 
 
@@ -33,43 +33,43 @@ def ends(interval):
 
 def test_9_2_2_sum_of_four_normal():
     """y 0.00, u 2.00, [-3.92, 3.92]; GUM and Monte Carlo agree."""
-    found = propagate(the_sum(*[d.Normal(0.0, 1.0)] * 4), MILLION)
-    assert found.mean == pytest.approx(0.0, abs=0.01)
-    assert found.u == pytest.approx(2.00, abs=0.005)
-    assert ends(found.shortest) == pytest.approx([-3.92, 3.92], abs=0.05)
-    assert ends(found.symmetric) == pytest.approx([-3.92, 3.92], abs=0.02)
+    result = propagate(sum_of(*[d.Normal(0.0, 1.0)] * 4), MILLION)
+    assert result.mean == pytest.approx(0.0, abs=0.01)
+    assert result.u == pytest.approx(2.00, abs=0.005)
+    assert ends(result.shortest) == pytest.approx([-3.92, 3.92], abs=0.05)
+    assert ends(result.symmetric) == pytest.approx([-3.92, 3.92], abs=0.02)
 
 
 def test_9_2_3_sum_of_four_rectangular():
     """u 2.00, [-3.88, 3.88]; exactly 2 sqrt 3 (2 - (3/5)^(1/4)) = 3.8794."""
-    found = propagate(the_sum(*[rectangular(1.0)] * 4), MILLION)
-    assert found.u == pytest.approx(2.00, abs=0.005)
-    assert ends(found.shortest) == pytest.approx([-3.88, 3.88], abs=0.05)
+    result = propagate(sum_of(*[rectangular(1.0)] * 4), MILLION)
+    assert result.u == pytest.approx(2.00, abs=0.005)
+    assert ends(result.shortest) == pytest.approx([-3.88, 3.88], abs=0.05)
     exact = 2 * sqrt(3) * (2 - (3 / 5) ** 0.25)
     assert exact == pytest.approx(3.88, abs=0.005)
-    assert ends(found.symmetric) == pytest.approx([-exact, exact], abs=0.015)
+    assert ends(result.symmetric) == pytest.approx([-exact, exact], abs=0.015)
 
 
-def test_9_2_3_the_gum_agrees_with_one_digit_alone():
+def test_9_2_3_gum_agrees_with_one_digit_only():
     """d is 0.04, which is within 0.5 (one digit of u = 2), but beyond 0.05 (two)."""
     gum = Estimate(0.0, 2.0, inf)
-    found = propagate(the_sum(*[rectangular(1.0)] * 4), MILLION)
-    apart = difference(gum_interval(gum), found.symmetric)
-    assert apart.low == pytest.approx(0.04, abs=0.015)
-    assert apart.within(tolerance(gum, digits=1))
+    result = propagate(sum_of(*[rectangular(1.0)] * 4), MILLION)
+    distance = difference(gum_interval(gum), result.symmetric)
+    assert distance.low == pytest.approx(0.04, abs=0.015)
+    assert distance.within(tolerance(gum, digits=1))
     assert tolerance(gum, digits=1) == 0.5
     assert tolerance(gum, digits=2) == 0.05
 
 
 def test_9_2_4_one_rectangle_ten_times_wider():
     """u 10.1, Monte Carlo [-17.0, 17.0], GUM [-19.9, 19.9]: they do not agree."""
-    found = propagate(the_sum(*[rectangular(1.0)] * 3, rectangular(10.0)), MILLION)
-    assert found.u == pytest.approx(10.1, abs=0.06)
-    assert ends(found.symmetric) == pytest.approx([-17.0, 17.0], abs=0.05)
-    assert ends(found.shortest) == pytest.approx([-17.0, 17.0], abs=0.15)
+    result = propagate(sum_of(*[rectangular(1.0)] * 3, rectangular(10.0)), MILLION)
+    assert result.u == pytest.approx(10.1, abs=0.06)
+    assert ends(result.symmetric) == pytest.approx([-17.0, 17.0], abs=0.05)
+    assert ends(result.shortest) == pytest.approx([-17.0, 17.0], abs=0.15)
     gum = Estimate(0.0, sqrt(103), inf)
     assert ends(gum_interval(gum)) == pytest.approx([-19.9, 19.9], abs=0.05)
-    assert not difference(gum_interval(gum), found.symmetric).within(tolerance(gum, digits=2))
+    assert not difference(gum_interval(gum), result.symmetric).within(tolerance(gum, digits=2))
 
 
 def mass_deviation(rng, n):
@@ -88,17 +88,17 @@ def test_9_3_mass_calibration():
 
     The two differ by d_low 0.0451 mg and d_high 0.0430 mg, far beyond 0.005 mg (one digit).
     """
-    found = propagate(mass_deviation, MILLION)
-    assert found.mean == pytest.approx(1.2341, abs=3e-4)
-    assert found.u == pytest.approx(0.0754, abs=3e-4)
-    assert ends(found.shortest) == pytest.approx([1.0834, 1.3825], abs=5e-3)
+    result = propagate(mass_deviation, MILLION)
+    assert result.mean == pytest.approx(1.2341, abs=3e-4)
+    assert result.u == pytest.approx(0.0754, abs=3e-4)
+    assert ends(result.shortest) == pytest.approx([1.0834, 1.3825], abs=5e-3)
     first_order = Estimate(1.2340, sqrt(0.050**2 + 0.020**2), inf)
     assert first_order.u == pytest.approx(0.0539, abs=5e-5)
     gum = gum_interval(first_order)
     assert ends(gum) == pytest.approx([1.1285, 1.3395], abs=1e-4)
-    apart = difference(gum, found.shortest)
-    assert [apart.low, apart.high] == pytest.approx([0.0451, 0.0430], abs=5e-3)
-    assert not apart.within(tolerance(first_order, digits=1))
+    distance = difference(gum, result.shortest)
+    assert [distance.low, distance.high] == pytest.approx([0.0451, 0.0430], abs=5e-3)
+    assert not distance.within(tolerance(first_order, digits=1))
 
 
 def comparison_loss(x1, correlation):
@@ -131,19 +131,19 @@ def test_9_4_comparison_loss(x1, correlation, y, u, low, high):  # noqa: PLR0917
     assert 1e6 * sqrt(4 * x1**2 * u1**2 + 4 * u1**4 * (1 + correlation**2)) == pytest.approx(
         u, abs=0.6
     )
-    found = propagate(comparison_loss(x1, correlation), MILLION)
-    assert 1e6 * found.mean == pytest.approx(y, abs=1.5)
-    assert 1e6 * found.u == pytest.approx(u, abs=1)
-    assert 1e6 * found.shortest.high == pytest.approx(high, abs=0.01 * high + 3)
-    assert 1e6 * found.shortest.low == pytest.approx(low, abs=0.01 * high + 3)
+    result = propagate(comparison_loss(x1, correlation), MILLION)
+    assert 1e6 * result.mean == pytest.approx(y, abs=1.5)
+    assert 1e6 * result.u == pytest.approx(u, abs=1)
+    assert 1e6 * result.shortest.high == pytest.approx(high, abs=0.01 * high + 3)
+    assert 1e6 * result.shortest.low == pytest.approx(low, abs=0.01 * high + 3)
 
 
 def test_9_4_2_exact_at_zero():
-    """At x1 = x2 = 0 the loss is exponential; 95 % lie below -2 u^2 ln 0.05."""
-    found = propagate(comparison_loss(0.0, 0.0), MILLION)
-    assert found.mean == pytest.approx(2 * 0.005**2, rel=0.005)
-    assert found.shortest.low == pytest.approx(0.0, abs=1e-6)
-    assert found.shortest.high == pytest.approx(-2 * 0.005**2 * log(0.05), rel=0.01)
+    """At x1 = x2 = 0 the loss is exponential; 95 % are below -2 u^2 ln 0.05."""
+    result = propagate(comparison_loss(0.0, 0.0), MILLION)
+    assert result.mean == pytest.approx(2 * 0.005**2, rel=0.005)
+    assert result.shortest.low == pytest.approx(0.0, abs=1e-6)
+    assert result.shortest.high == pytest.approx(-2 * 0.005**2 * log(0.05), rel=0.01)
 
 
 def gauge_block(rng, n):
@@ -163,10 +163,10 @@ def gauge_block(rng, n):
 def test_9_5_gauge_block():
     """838 nm, u 36 nm, shortest 99 % interval [745, 932] nm."""
     ninety_nine = Adaptive(least_trials=1_000_000, most_trials=1_000_000, p=0.99)
-    found = propagate(gauge_block, ninety_nine)
-    assert found.mean == pytest.approx(838, abs=0.5)
-    assert found.u == pytest.approx(36, abs=0.5)
-    assert ends(found.shortest) == pytest.approx([745, 932], abs=2)
+    result = propagate(gauge_block, ninety_nine)
+    assert result.mean == pytest.approx(838, abs=0.5)
+    assert result.u == pytest.approx(36, abs=0.5)
+    assert ends(result.shortest) == pytest.approx([745, 932], abs=2)
 
 
 def test_7_9_2_numerical_tolerance():

@@ -1,4 +1,4 @@
-"""Exchanges of Modbus as its specifications print them, byte for byte.
+"""Exchanges of Modbus as printed in its specifications, byte for byte.
 
 PDUs are from the MODBUS Application Protocol Specification V1.1b3 (Modbus Organization, 2012), in
 the clause that each test names. The frames around them are those of MODBUS Messaging on TCP/IP
@@ -15,7 +15,7 @@ from unit.rigrunner_plugins.devices.helpers_modbus import crc, device, mbap, rtu
 
 UNIT = 17
 PROBE = ("03 00 00 00 01", "03 02 00 00")
-"""The first request of a connection where nothing asks for the identity: does it answer?"""
+"""The first request of a connection without identification: tests for any answer."""
 
 
 def exchanges(frame, *pdus):
@@ -61,27 +61,27 @@ def read(serving, pdus, channels):
     return values
 
 
-def test_the_checksum_is_that_of_the_worked_example():
+def test_checksum_of_worked_example():
     # MODBUS over Serial Line V1.02, clause 6.2.2: of the frame 02 07 it is 41 12
     assert crc(bytes.fromhex("02 07")) == bytes.fromhex("41 12")
 
 
-def test_coils_are_counted_from_the_lowest_bit(serving):
+def test_coils_are_counted_from_lowest_bit(serving):
     # 6.1: outputs 20 to 38 (addresses 19 to 37), CD 6B 05. CD = 1100 1101 is outputs 27 to 20:
     # 20 on, 21 off, 22 on, 23 on; 05 = 101 is outputs 38 to 36: 36 on, 37 off, 38 on
-    wanted = {20: 1, 21: 0, 22: 1, 23: 1, 27: 1, 36: 1, 37: 0, 38: 1}
+    expected = {20: 1, 21: 0, 22: 1, 23: 1, 27: 1, 36: 1, 37: 0, 38: 1}
     channels = {f"output_{n}": {"coil": n - 1, "unit": "1"} for n in range(20, 39)}
     values = read(serving, [("01 00 13 00 13", "01 03 CD 6B 05")], channels)
-    assert {n: values[f"output_{n}"] for n in wanted} == wanted
+    assert {n: values[f"output_{n}"] for n in expected} == expected
 
 
 def test_discrete_inputs_are_read(serving):
     # 6.2: inputs 197 to 218 (addresses 196 to 217), AC DB 35. AC = 1010 1100 is inputs 204 to 197;
     # 35 = 11 0101 is inputs 218 to 213
-    wanted = {197: 0, 198: 0, 199: 1, 200: 1, 204: 1, 213: 1, 214: 0, 217: 1, 218: 1}
+    expected = {197: 0, 198: 0, 199: 1, 200: 1, 204: 1, 213: 1, 214: 0, 217: 1, 218: 1}
     channels = {f"input_{n}": {"discrete": n - 1, "unit": "1"} for n in range(197, 219)}
     values = read(serving, [("02 00 C4 00 16", "02 03 AC DB 35")], channels)
-    assert {n: values[f"input_{n}"] for n in wanted} == wanted
+    assert {n: values[f"input_{n}"] for n in expected} == expected
 
 
 def test_holding_registers_are_read_together(serving):
@@ -100,7 +100,7 @@ def test_holding_registers_are_read_together(serving):
     }
 
 
-def test_an_input_register_is_read(serving):
+def test_input_register_is_read(serving):
     # 6.4: input register 9 (address 8) holds 000A hex: 10 kN = 10 000 N
     channels = {"load": {"reference": 30009, "unit": "kN"}}
     assert read(serving, [("04 00 08 00 01", "04 02 00 0A")], channels) == {"load": 10_000.0}
@@ -118,28 +118,28 @@ def begin(serving, pdus, drive, value):
     assert peer.heard == peer.asked
 
 
-def test_a_coil_is_written_alone(serving):
+def test_single_coil_is_written(serving):
     # 6.5: output 173 (address 172) on
     echo = ("05 00 AC FF 00", "05 00 AC FF 00")
     begin(serving, [echo], {**DRIVE, "coil": 172}, 1.0)
 
 
-def test_a_register_is_written_alone(serving):
+def test_single_register_is_written(serving):
     # 6.6: register 2 (address 1) to 0003 hex. 0.03 in steps of 0.01
     echo = ("06 00 01 00 03", "06 00 01 00 03")
     begin(serving, [echo], {**DRIVE, "holding": 1, "scale": 0.01}, 0.03)
 
 
-def test_coils_are_written_by_the_function_for_several(serving):
+def test_coils_are_written_by_function_for_several(serving):
     # the frame of 6.11 (0F 00 13 00 0A 02 CD 01) with one output: quantity 1, one byte
-    asked = ("0F 00 13 00 01 01 01", "0F 00 13 00 01")
-    begin(serving, [asked], {**DRIVE, "coil": 19, "write": "multiple"}, 1.0)
+    exchange = ("0F 00 13 00 01 01 01", "0F 00 13 00 01")
+    begin(serving, [exchange], {**DRIVE, "coil": 19, "write": "multiple"}, 1.0)
 
 
 def test_two_registers_are_written_together(serving):
     # 6.12: registers 2 and 3 (addresses 1 and 2) to 000A and 0102 hex.
     # As one number, high word first: 000A0102 hex = 10 * 65536 + 258 = 655 618
-    asked = ("10 00 01 00 02 04 00 0A 01 02", "10 00 01 00 02")
+    exchange = ("10 00 01 00 02 04 00 0A 01 02", "10 00 01 00 02")
     drive = {
         "holding": 1,
         "type": "uint32",
@@ -148,12 +148,12 @@ def test_two_registers_are_written_together(serving):
         "max": "1000 kN",
         "safe": "0 N",
     }
-    begin(serving, [asked], drive, 655_618.0)
+    begin(serving, [exchange], drive, 655_618.0)
 
 
-def test_two_registers_with_the_low_word_first(serving):
+def test_two_registers_are_written_low_word_first(serving):
     # the same bytes: 0102000A hex = 258 * 65536 + 10 = 16 908 298
-    asked = ("10 00 01 00 02 04 00 0A 01 02", "10 00 01 00 02")
+    exchange = ("10 00 01 00 02 04 00 0A 01 02", "10 00 01 00 02")
     drive = {
         "holding": 1,
         "type": "uint32",
@@ -163,10 +163,10 @@ def test_two_registers_with_the_low_word_first(serving):
         "max": "100000 kN",
         "safe": "0 N",
     }
-    begin(serving, [asked], drive, 16_908_298.0)
+    begin(serving, [exchange], drive, 16_908_298.0)
 
 
-def test_a_refusal_is_told_in_words(serving):
+def test_exception_response_is_reported_in_words(serving):
     # clause 7, example: output 1186 (address 04A1 hex) does not exist: 81 02
     with serving(PROBE, ("01 04 A1 00 01", "81 02")) as (_, where):
         unit = device(settings(where, {"valve": {"coil": 0x04A1, "unit": "1"}}))
@@ -199,7 +199,7 @@ COMPANY, PRODUCT, REVISION = (0, "Company identification"), (1, "Product code XX
     ],
     ids=["one answer", "two answers"],
 )
-def test_it_says_who_it_is(serving, pdus):
+def test_device_identification_is_read(serving, pdus):
     with serving(*pdus) as (peer, where):
         unit = device({**settings(where), "identification": {"standard": "yes"}})
         identity = unit.connect(1.0)
@@ -209,24 +209,24 @@ def test_it_says_who_it_is(serving, pdus):
     assert peer.heard == peer.asked
 
 
-@pytest.mark.parametrize(("byte_order", "said"), [("big", "MB 1"), ("little", "BM1 ")])
-def test_a_text_has_two_characters_in_a_register(serving, byte_order, said):
+@pytest.mark.parametrize(("byte_order", "text"), [("big", "MB 1"), ("little", "BM1 ")])
+def test_text_has_two_characters_per_register(serving, byte_order, text):
     # ASCII: 4D 42 20 31 hex is 'MB 1'; NUL and blanks at its end are not part of it
-    asked = ("03 00 10 00 03", "03 06 4D 42 20 31 00 00")
+    exchange = ("03 00 10 00 03", "03 06 4D 42 20 31 00 00")
     model = {"holding": 16, "text": 3, "byte_order": byte_order}
-    with serving(asked) as (peer, where):
+    with serving(exchange) as (peer, where):
         unit = device({**settings(where), "identification": {"model": model}})
-        assert unit.connect(1.0).model == said.strip()
+        assert unit.connect(1.0).model == text.strip()
         unit.close()
     assert peer.heard == peer.asked
 
 
 def printed(*frames):
-    """Return the script of frames as a manual prints them."""
-    return rtu_peer([(bytes.fromhex(asked), bytes.fromhex(answer)) for asked, answer in frames])
+    """Return the script of frames as printed in a manual."""
+    return rtu_peer([(bytes.fromhex(request), bytes.fromhex(answer)) for request, answer in frames])
 
 
-def test_the_frequencies_of_a_delta_inverter():
+def test_frequencies_of_delta_inverter():
     # Delta Electronics, VFD-VE Series User Manual (August 2008, 03VE, SW V2.04), page 4-141:
     # two words from 2102H, set and output frequency. 1770 hex = 6000 in 0.01 Hz: 60 Hz; and 0
     exchange = ("01 03 21 02 00 02 6F F7", "01 03 04 17 70 00 00 FE 5C")
@@ -245,7 +245,7 @@ def test_the_frequencies_of_a_delta_inverter():
     assert values == {"set": pytest.approx(60.0), "output": 0.0, "as_one_number": 393_216_000.0}
 
 
-def test_two_words_of_an_invt_inverter():
+def test_two_words_of_invt_inverter():
     # INVT, Goodrive200 operation manual, 10.4.1, page 225: two words from 0004H: 1388 hex and 0
     exchange = ("01 03 00 04 00 02 85 CA", "01 03 04 13 88 00 00 7E 9D")
     channels = {
@@ -261,12 +261,12 @@ def test_two_words_of_an_invt_inverter():
     assert peer.heard == peer.asked
 
 
-def test_a_set_point_of_an_invt_inverter():
+def test_set_point_of_invt_inverter():
     # INVT, Goodrive300-19 operation manual, 10.4.2, page 217: 5000 (1388 hex) to 0004H of unit 2.
-    # The first exchange is not printed there: it asks whether anybody answers
+    # The first exchange is not printed there: it tests for any answer
     write = "02 06 00 04 13 88 C5 6E"
-    asked, answer = rtu(2, "03 00 04 00 01"), rtu(2, "03 02 00 00")
-    script = [(asked, answer), (bytes.fromhex(write), bytes.fromhex(write))]
+    request, answer = rtu(2, "03 00 04 00 01"), rtu(2, "03 02 00 00")
+    script = [(request, answer), (bytes.fromhex(write), bytes.fromhex(write))]
     drive = {
         "holding": 4,
         "scale": 0.01,
@@ -283,11 +283,11 @@ def test_a_set_point_of_an_invt_inverter():
     assert peer.heard == peer.asked
 
 
-def test_the_stop_command_comes_before_the_safe_set_point():
+def test_stop_command_precedes_safe_set_point():
     # VTS, VTS2000 Series frequency inverter User Manual, pages 87 and 88: 0001H, stop, to 2000H.
-    # The exchanges around it are not printed there: the first asks whether anybody answers, the
+    # The exchanges around it are not printed there: the first tests for any answer, the
     # last one writes 0 Hz to the set-point, 2001H
-    asked, answer = rtu(1, "03 20 01 00 01"), rtu(1, "03 02 00 00")
+    request, answer = rtu(1, "03 20 01 00 01"), rtu(1, "03 02 00 00")
     stop, zero = bytes.fromhex("01 06 20 00 00 01 43 CA"), rtu(1, "06 20 01 00 00")
     drive = {
         "holding": "0x2001",
@@ -298,7 +298,7 @@ def test_the_stop_command_comes_before_the_safe_set_point():
         "safe": "0 Hz",
         "stop": [{"holding": "0x2000", "value": 1}],
     }
-    with rtu_peer([(asked, answer), (stop, stop), (zero, zero)]) as (peer, where):
+    with rtu_peer([(request, answer), (stop, stop), (zero, zero)]) as (peer, where):
         unit = device({**where, "drives": {"frequency": drive}})
         unit.connect(1.0)
         unit.begin("frequency", 0.0)
@@ -306,11 +306,11 @@ def test_the_stop_command_comes_before_the_safe_set_point():
     assert peer.heard == peer.asked
 
 
-def test_a_serial_frame_that_is_known_far_and_wide():
+def test_well_known_serial_frame():
     # 01 04 02 FF FF B8 80 (Wikipedia, 'Modbus'): input register FFFF hex; as int16 it is -1
-    asked = rtu(1, "04 00 03 00 01")
+    request = rtu(1, "04 00 03 00 01")
     answer = bytes.fromhex("01 04 02 FF FF B8 80")
-    with rtu_peer([(asked, answer), (asked, answer)]) as (peer, where):
+    with rtu_peer([(request, answer), (request, answer)]) as (peer, where):
         channels = {"torque": {"input": 3, "type": "int16", "unit": "N·m"}}
         unit = device({**where, "timeout": "500 ms", "channels": channels})
         unit.connect(1.0)

@@ -12,8 +12,8 @@ from rigrunner_bearings.devices.swing_tester_sim.parameters import RigParameters
 FREQUENCIES_HZ = (1.0, 5.0, 10.0, 15.0, 20.0, 25.0, 30.0, 35.0)
 TABLE_2_NM = np.array([0.83, 1.21, 1.64, 2.32, 3.01, 3.96, 5.12, 6.91])
 STARTING_TORQUE_NM = 0.7262
-# of the same equations, worked out before this program, with the 1 kHz low-pass
-WORKED_NM = np.array([0.842, 1.179, 1.661, 2.270, 3.020, 4.014, 5.175, 6.840])
+# from the same equations, computed before this program was written, with the 1 kHz low-pass
+COMPUTED_NM = np.array([0.842, 1.179, 1.661, 2.270, 3.020, 4.014, 5.175, 6.840])
 SENSORS = replace(IDEAL_SENSORS, low_pass_hz=1e3)
 
 
@@ -32,8 +32,8 @@ def test_closed_form_peaks_follow_table_2():
     assert np.abs(peaks - TABLE_2_NM).max() <= 0.075
 
 
-def test_closed_form_peaks_are_those_worked_out_before():
-    assert np.abs(_no_load_peaks(RigParameters(sensors=SENSORS)) - WORKED_NM).max() <= 0.001
+def test_closed_form_peaks_equal_earlier_computation():
+    assert np.abs(_no_load_peaks(RigParameters(sensors=SENSORS)) - COMPUTED_NM).max() <= 0.001
 
 
 def test_time_domain_peaks_resemble_table_2():
@@ -43,6 +43,6 @@ def test_time_domain_peaks_resemble_table_2():
 
 @pytest.mark.parametrize("frequency_hz", FREQUENCIES_HZ)
 @pytest.mark.parametrize("parameters", [RigParameters(), OdeParameters()], ids=["sim", "ode"])
-def test_both_rigs_hold_the_starting_torque_of_the_paper(parameters, frequency_hz):
+def test_both_rigs_have_starting_torque_of_paper(parameters, frequency_hz):
     truth = true_starting_torque_nm(parameters, 1000.0, frequency_hz)
     assert truth == pytest.approx(STARTING_TORQUE_NM, abs=1e-4)

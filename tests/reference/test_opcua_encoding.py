@@ -1,7 +1,7 @@
-"""Bytes of OPC UA as its specification prints them.
+"""Bytes of OPC UA as printed in its specification.
 
-OPC 10000-6 (OPC UA Part 6: Mappings), clause 5.2.2: the examples beside each type. They hold the
-library to the standard for what stations write: node ids, and the values of nodes.
+OPC 10000-6 (OPC UA Part 6: Mappings), clause 5.2.2: the examples of each type. They check the
+library against the standard for what stations use: node ids, and the values of nodes.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ from asyncua.ua.ua_binary import (
         ("ns=1;s=Hot\N{CJK UNIFIED IDEOGRAPH-6C34}", "03 01 00 06 00 00 00 48 6F 74 E6 B0 B4"),
     ],
 )
-def test_node_ids_as_a_station_writes_them(written, encoded):
+def test_encoding_of_node_ids(written, encoded):
     node = ua.NodeId.from_string(written)
     assert nodeid_from_binary(Buffer(bytes.fromhex(encoded))) == node
     if node.NodeIdType is ua.NodeIdType.String:  # numbers may also be written in a longer form
@@ -40,6 +40,6 @@ def test_node_ids_as_a_station_writes_them(written, encoded):
         (ua.VariantType.Float, -6.5, "00 00 D0 C0"),  # clause 5.2.2.3, figure
     ],
 )
-def test_numbers(type_, value, encoded):
+def test_encoding_of_numbers(type_, value, encoded):
     assert pack_uatype(type_, value) == bytes.fromhex(encoded)
     assert unpack_uatype(type_, Buffer(bytes.fromhex(encoded))) == value

@@ -24,7 +24,7 @@ def curve():
     return PolynomialFit(PolynomialSettings())(points)
 
 
-def test_coefficients_are_the_exact_fractions(curve):
+def test_coefficients_equal_exact_fractions(curve):
     exact = exact_least_squares([[1, f, f * f] for f in TABLE_2_HZ], TABLE_2_NM).coefficients
     assert exact[2] == Fraction(97813, 24141600)
     assert exact[1] == Fraction(1785697, 72424800)
@@ -32,7 +32,7 @@ def test_coefficients_are_the_exact_fractions(curve):
     assert curve.coefficients == pytest.approx([float(value) for value in exact], rel=1e-13)
 
 
-def test_rounded_to_the_paper_digits_it_is_equation_1(curve):
+def test_rounded_coefficients_equal_equation_1(curve):
     assert curve.coefficients.round(4).tolist() == [0.9173, 0.0247, 0.0041]
 
 
@@ -43,7 +43,7 @@ def test_goodness_of_fit(curve):
     assert curve.r_squared == pytest.approx(0.9964003863, abs=5e-11)
 
 
-def test_uncertainty_and_correlation_of_the_coefficients(curve):
+def test_uncertainty_and_correlation_of_coefficients(curve):
     u = np.sqrt(np.diag(curve.covariance))
     assert u == pytest.approx([0.13527251, 0.01801029, 0.00048683], abs=5e-9)
     correlation = curve.covariance / np.outer(u, u)
@@ -70,19 +70,19 @@ def exact_aicc(powers):
     return n * log(rss / n) + 2 * k + 2 * k * (k + 1) / (n - k - 1)
 
 
-def test_the_papers_basis_is_not_the_best():
+def test_basis_of_paper_is_not_the_best():
     points = Points(np.array(TABLE_2_HZ, float), np.array(TABLE_2_NM, float))
     curve = AiccFit(AiccSettings())(points)
-    scores = [each.score for each in curve.candidates]
+    scores = [candidate.score for candidate in curve.candidates]
     assert scores == pytest.approx([-12.9, -19.7, -30.2, -9.3], abs=0.05)
     expected = [exact_aicc(powers) for powers in AiccSettings().candidates]
     assert scores == pytest.approx(expected, rel=1e-12)
-    assert [each.chosen for each in curve.candidates] == [False, False, True, False]
+    assert [candidate.chosen for candidate in curve.candidates] == [False, False, True, False]
     assert curve.formula == "T = c0 + c1·f + c4·f⁴"
 
 
 @pytest.mark.parametrize("powers", [(0, 2), (0, 1, 4), (1, 2), (0, 1, 2, 3)])
-def test_other_bases_are_the_exact_fractions_too(powers):
+def test_other_bases_equal_exact_fractions(powers):
     design = [[f**k for k in powers] for f in TABLE_2_HZ]
     exact = exact_least_squares(design, TABLE_2_NM)
     points = Points(np.array(TABLE_2_HZ, float), np.array(TABLE_2_NM, float))

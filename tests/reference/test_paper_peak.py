@@ -1,4 +1,4 @@
-"""The published method on the paper's own numbers, and its error where the truth is known."""
+"""The published method on the paper's own numbers, and its error against a known truth."""
 
 from __future__ import annotations
 
@@ -28,12 +28,12 @@ def compensated(loaded, coefficients="refit"):
     no_load = (swing_point([t, t], f) for f, t in zip(TABLE_2_HZ, TABLE_2_NM, strict=True))
     sensor = instrument(full_scale="20 N·m", nonlinearity="0.5 %")
     fit = PolynomialFit(PolynomialSettings())
-    known_load = RIG.model_copy(update={"load_tolerance": 0.0})
-    sweep = Sweep(tuple(loaded), tuple(no_load), known_load, sensor, fit)
+    exact_load = RIG.model_copy(update={"load_tolerance": 0.0})
+    sweep = Sweep(tuple(loaded), tuple(no_load), exact_load, sensor, fit)
     return PaperPeak(PaperPeakSettings(coefficients=coefficients))(sweep)
 
 
-def test_the_covariance_of_the_fit_is_carried_whole():
+def test_full_covariance_of_fit_is_used():
     """Tc = 2.16 (u 0.01, nu 9), 10 Hz, 0.5 % of 20 N·m: without covariance u would be 0.2378."""
     (point,) = compensated([swing_point(ten_peaks(2.16, 0.01), 10.0)]).points
     assert point.torque.value == pytest.approx(0.590935, abs=5e-7)
@@ -46,15 +46,15 @@ def test_the_covariance_of_the_fit_is_carried_whole():
     ("coefficients", "expected"),
     [("published", [-0.0661, 0.5857, 1.2587]), ("refit", [-0.0661, 0.5909, 1.2789])],
 )
-def test_tables_1_and_2_do_not_close(coefficients, expected):
+def test_tables_1_and_2_are_inconsistent(coefficients, expected):
     """Eq. (2) on the paper's own Table 1 is neither flat nor always positive."""
     loaded = [swing_point(ten_peaks(torque, 0.01), f) for f, torque in TABLE_1.items()]
-    found = [point.torque.value for point in compensated(loaded, coefficients).points]
-    assert found == pytest.approx(expected, abs=5e-5)
+    torques = [point.torque.value for point in compensated(loaded, coefficients).points]
+    assert torques == pytest.approx(expected, abs=5e-5)
 
 
 @pytest.mark.parametrize("seed", range(12))
-def test_its_error_on_a_rig_of_known_truth(seed):
+def test_error_on_rig_of_known_truth(seed):
     """Maxima at two phases of the swing have no difference: low at 1 Hz, high at 35 Hz.
 
     The drift with frequency is the same on every rig, far above its noise; the raw peaks of both

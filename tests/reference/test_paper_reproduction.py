@@ -1,4 +1,4 @@
-"""The published method on the published tables, run as anyone runs it.
+"""The published method on the published tables, run by the shipped procedure.
 
 Wang et al., Machines 2025, 13(11), 976. Expected values are computed here from the printed ones, in
 rational numbers, or were recomputed elsewhere; none comes from the analysis.
@@ -29,9 +29,9 @@ EXACT = [Fraction(5536529, 6035400), Fraction(1785697, 72424800), Fraction(97813
 @pytest.fixture(scope="module")
 def finished(tmp_path_factory):
     runs = tmp_path_factory.mktemp("runs")
-    done = run(find_procedure("paper_reproduction"), runs, station=find_station("paper"))
-    assert done.error is None
-    return done
+    finished_run = run(find_procedure("paper_reproduction"), runs, station=find_station("paper"))
+    assert finished_run.error is None
+    return finished_run
 
 
 @pytest.fixture(scope="module")
@@ -47,7 +47,7 @@ def torques(result, name):
     return [point.torque.value for point in TorqueDetails.of(result).compensations[name].points]
 
 
-def test_both_tables_are_what_was_measured(result):
+def test_measured_values_are_those_of_both_tables(result):
     assert [point.frequency_hz.value for point in TorqueDetails.of(result).no_load] == HZ
     assert [float(point.peak_nm[0]) for point in TorqueDetails.of(result).no_load] == [
         float(t) for t in NM
@@ -57,16 +57,16 @@ def test_both_tables_are_what_was_measured(result):
     }
 
 
-def test_table_2_gives_equation_1_to_the_last_digits(result):
+def test_table_2_gives_equation_1_to_the_last_digit(result):
     (curve,) = (fit.curve for fit in TorqueDetails.of(result).fits if fit.name == "polynomial")
     assert curve.coefficients == pytest.approx([float(c) for c in EXACT], rel=1e-12)
     assert curve.coefficients.round(4).tolist() == [float(c) for c in PRINTED]
-    left = [float(t - value(EXACT, hz)) for hz, t in zip(HZ, NM, strict=True)]
-    assert curve.residuals == pytest.approx(left, abs=1e-12)
+    residuals = [float(t - value(EXACT, hz)) for hz, t in zip(HZ, NM, strict=True)]
+    assert curve.residuals == pytest.approx(residuals, abs=1e-12)
     assert np.sum(curve.residuals**2) == pytest.approx(0.11088321928400216, rel=1e-11)
 
 
-def test_equation_2_on_table_1_is_neither_flat_nor_everywhere_positive(result):
+def test_equation_2_on_table_1_is_neither_flat_nor_always_positive(result):
     published = [float(t - value(PRINTED, hz)) for hz, t in LOADED.items()]
     assert torques(result, "paper_peak") == pytest.approx(published, abs=1e-12)
     assert np.round(published, 3).tolist() == [-0.066, 0.586, 1.259]
@@ -75,17 +75,17 @@ def test_equation_2_on_table_1_is_neither_flat_nor_everywhere_positive(result):
     assert np.round(refitted, 3).tolist() == [-0.066, 0.591, 1.279]
 
 
-def test_the_difference_at_the_same_frequency_is_that_of_the_tables(result):
-    own = dict(zip(HZ, NM, strict=True))
-    expected = [float(t - own[hz]) for hz, t in LOADED.items()]
+def test_difference_at_same_frequency_is_that_of_tables(result):
+    no_load = dict(zip(HZ, NM, strict=True))
+    expected = [float(t - no_load[hz]) for hz, t in LOADED.items()]
     assert torques(result, "peak_same_frequency") == pytest.approx(expected, abs=1e-12)
 
 
-def test_by_aicc_the_papers_basis_is_not_the_best(result):
+def test_basis_of_paper_is_not_the_best_by_aicc(result):
     (curve,) = (fit.curve for fit in TorqueDetails.of(result).fits if fit.name == "aicc")
-    scores = {each.parameters: [] for each in curve.candidates}
-    for each in curve.candidates:
-        scores[each.parameters].append((each.score, each.chosen))
+    scores = {candidate.parameters: [] for candidate in curve.candidates}
+    for candidate in curve.candidates:
+        scores[candidate.parameters].append((candidate.score, candidate.chosen))
     assert sorted(scores[3]) == [
         (pytest.approx(-30.2, abs=0.05), True),
         (pytest.approx(-12.9, abs=0.05), False),
@@ -96,7 +96,7 @@ def test_by_aicc_the_papers_basis_is_not_the_best(result):
     assert curve.coefficients == pytest.approx([float(c) for c in best], rel=1e-10)
 
 
-def test_an_impossible_torque_is_flagged_and_counted_not_hidden(result):
+def test_impossible_torque_is_flagged_but_counted(result):
     checks = {check.name: check for check in result.checks}
     assert not checks["positive torque"].ok
     assert checks["friction coefficient"].consequence is Consequence.NOTE
@@ -106,16 +106,16 @@ def test_an_impossible_torque_is_flagged_and_counted_not_hidden(result):
     assert "angle" in waveforms.not_applicable
 
 
-def test_one_value_has_no_scatter_and_that_is_said(result):
+def test_unknown_scatter_of_single_value_is_noted(result):
     for name in ("paper_peak", "refitted"):
         compensation = TorqueDetails.of(result).compensations[name]
         assert any("scatter is not known" in note for note in compensation.notes)
         assert all(np.isnan(point.torque.u) for point in compensation.points)
-        known = {part.name: part.u for part in compensation.points[1].components}
-        assert known["no-load fit"] > 0.05
+        u = {part.name: part.u for part in compensation.points[1].components}
+        assert u["no-load fit"] > 0.05
 
 
-def test_report_and_json_carry_the_same(finished, result):
+def test_report_shows_numbers_of_json(finished, result):
     content = json.loads((finished.folder / "result.json").read_text(encoding="utf-8"))
     assert content == json.loads(json.dumps(document(result)))
     text = finished.report.read_text(encoding="utf-8")

@@ -1,6 +1,6 @@
 """Procedures of `equation`, `curve` and `readings` against numpy, from the rows to the verdict.
 
-Nothing of the project computes what is expected: sensitivities are differences of the formulas
+No code of the project computes the expected values: sensitivities are differences of the formulas
 written here, and fits are normal equations (JCGM 100:2008, 5.1 to 5.2, G.4 and H.3).
 """
 
@@ -40,7 +40,7 @@ uses: {bench: a_bench}
 main:
 """
 FLAT = sqrt(3)
-"""Half-width over u of a rectangle."""
+"""Half-width of a rectangle divided by its u."""
 TINY = 1e-6
 """Step of numerical derivatives."""
 
@@ -52,26 +52,26 @@ def document_of(folder, rows, set_points, instruments, text):
             set_points=", ".join(set_points),
             rows="\n".join(f"        - {{{row}}}" for row in rows),
             instruments="\n".join(
-                f"  - {{channel: bench.{each}, serial: S-1, calibration: recorded}}"
-                for each in instruments
+                f"  - {{channel: bench.{instrument}, serial: S-1, calibration: recorded}}"
+                for instrument in instruments
             ),
         ),
         encoding="utf-8",
     )
     folder.joinpath("procedure.yaml").write_text(HEAD + text, encoding="utf-8")
-    called = call("run", folder / "procedure.yaml", "--station", folder / "station.yaml",
+    output = call("run", folder / "procedure.yaml", "--station", folder / "station.yaml",
                   "--unattended", "--runs", folder / "runs")  # fmt: skip
-    assert called.code in {0, 1, 10}, called.err
+    assert output.code in {0, 1, 10}, output.err
     (run,) = (folder / "runs").iterdir()
     return json.loads((run / "result.json").read_text("utf-8"))
 
 
 def estimates(document, name):
-    return [each["estimate"] for each in document["results"] if each["name"] == name]
+    return [result["estimate"] for result in document["results"] if result["name"] == name]
 
 
 def verdicts(document):
-    return {each["of"]: each["verdict"] for each in document["decision"]["parts"]}
+    return {part["of"]: part["verdict"] for part in document["decision"]["parts"]}
 
 
 def assert_is(estimate, value, u, dof=None):
@@ -92,19 +92,24 @@ def line(x, y):
     """Return constant and slope of the least-squares line, s about it and sum (x - mean)²."""
     from_mean = x - x.mean()
     slope = from_mean @ y / (from_mean @ from_mean)
-    off = y - y.mean() - slope * from_mean
-    return y.mean() - slope * x.mean(), slope, sqrt(off @ off / (len(x) - 2)), from_mean @ from_mean
+    residuals = y - y.mean() - slope * from_mean
+    return (
+        y.mean() - slope * x.mean(),
+        slope,
+        sqrt(residuals @ residuals / (len(x) - 2)),
+        from_mean @ from_mean,
+    )
 
 
 def steps(pairs, channels):
     """Return steps that set each pair of values and measure there, as text."""
-    names = ", ".join(f"bench.{each}" for each in channels)
+    names = ", ".join(f"bench.{channel}" for channel in channels)
     return "".join(
-        f"      - set: {{{each}}}\n      - measure: {{channels: [{names}]}}\n" for each in pairs
+        f"      - set: {{{pair}}}\n      - measure: {{channels: [{names}]}}\n" for pair in pairs
     )
 
 
-def test_two_results_of_shared_inputs(tmp_path):
+def test_two_results_with_shared_inputs(tmp_path):
     """R = U/I and P = R I² of five pairs of readings: u with correlation, dof, r(R, P), k."""
     volt = np.array([4.9990, 4.9961, 5.0052, 4.9948, 5.0005])
     ampere = np.array([19.663, 19.639, 19.640, 19.685, 19.678]) / 1000
@@ -138,27 +143,27 @@ acceptance:
                   0.001 / FLAT, 0.002 / FLAT, 0.002 * ampere.max() / FLAT])  # fmt: skip
     r = np.eye(5)
     r[0, 1] = r[1, 0] = np.corrcoef(volt, ampere)[0, 1]
-    read = {
+    equations = {
         "resistance": lambda x: (x[0] * (1 + x[2]) + x[3]) / (x[1] + x[4]) / 1e3,
         "power": lambda x: (x[0] * (1 + x[2]) + x[3]) * (x[1] + x[4]) * 1e6,
     }
     parts = {}
-    for name, function in read.items():
-        at = [*means, 0, 0, 0]
-        parts[name] = slopes(function, at) * u
+    for name, function in equations.items():
+        point = [*means, 0, 0, 0]
+        parts[name] = slopes(function, point) * u
         type_a = parts[name][:2] @ r[:2, :2] @ parts[name][:2]
-        whole = parts[name] @ r @ parts[name]
-        (found,) = estimates(document, name)
-        assert_is(found, function(at), sqrt(whole), whole**2 / (type_a**2 / 4))
-    both = parts["resistance"] @ r @ parts["power"]
-    both /= sqrt(np.prod([each @ r @ each for each in parts.values()]))
+        variance = parts[name] @ r @ parts[name]
+        (estimate,) = estimates(document, name)
+        assert_is(estimate, function(point), sqrt(variance), variance**2 / (type_a**2 / 4))
+    correlation = parts["resistance"] @ r @ parts["power"]
+    correlation /= sqrt(np.prod([part @ r @ part for part in parts.values()]))
     (table,) = (t for t in document["tables"] if t["title"] == "Correlation of the results")
-    assert table["rows"][0][-1] == pytest.approx(both, rel=1e-4)
+    assert table["rows"][0][-1] == pytest.approx(correlation, rel=1e-4)
     assert verdicts(document) == {"resistance": "conditional pass", "power": "pass"}
 
 
-def test_a_slope_and_a_reading_by_the_instrument_of_its_x(tmp_path):
-    """V = S f: a gain of f makes S too low by what it makes f too high, so it cancels."""
+def test_slope_and_reading_of_the_same_instrument(tmp_path):
+    """V = S f: a gain error of f cancels, as it makes S too low and f too high."""
     force = np.array([1.0, 2.0, 3.0, 4.0, 5.0])
     volt = np.array([2.001, 4.0005, 5.999, 8.001, 9.9995])
     rows = [f"n: {n} s, f: {f} N, u: {u} V"
@@ -202,7 +207,7 @@ acceptance: {rule: guard_band_u, limits: [{of: predicted, min: 6.59 V, max: 6610
     assert verdicts(document) == {"predicted": "pass"}  # by 9.2 mV; U is 3.1 mV, not 240 mV
 
 
-def test_a_falling_calibration_used_backwards(tmp_path):
+def test_inverse_of_falling_calibration_line(tmp_path):
     """t at R = 7.4 kΩ by a line R(t) that falls: errors of both instruments; limits in K and °C."""
     t = np.array([10.0, 20.0, 30.0, 40.0, 50.0])
     ohm = np.array([9010.0, 8020.0, 6990.0, 6000.0, 5010.0])
@@ -238,18 +243,18 @@ acceptance:
 """,
     )  # fmt: skip
 
-    def back(x, y, y_0):
+    def inverse_line(x, y, y_0):
         constant, slope, *_ = line(x, y)
         return (y_0 - constant) / slope
 
     _, slope, s, square = line(t, ohm)
-    at = back(t, ohm, 7400.0)
-    scatter = s / abs(slope) * sqrt(1 + 1 / 5 + (at - t.mean()) ** 2 / square)
+    expected = inverse_line(t, ohm, 7400.0)
+    scatter = s / abs(slope) * sqrt(1 + 1 / 5 + (expected - t.mean()) ** 2 / square)
     by_ohm, by_t = (
-        slopes(lambda y: back(t, y, 7400.0), ohm),
-        slopes(lambda x: back(x, ohm, 7400.0), t),
+        slopes(lambda y: inverse_line(t, y, 7400.0), ohm),
+        slopes(lambda x: inverse_line(x, ohm, 7400.0), t),
     )
-    gain = slopes(lambda g: back(t, ohm * (1 + g[0]), 7400.0 * (1 + g[0])), [0.0])[0]
+    gain = slopes(lambda g: inverse_line(t, ohm * (1 + g[0]), 7400.0 * (1 + g[0])), [0.0])[0]
     u = np.array([
         scatter,
         (np.abs(by_ohm).sum() + 1 / abs(slope)) * 5 / FLAT,  # each reading by half a step
@@ -258,17 +263,17 @@ acceptance:
         0.1 / FLAT,
     ])  # fmt: skip
     assert abs(u[3]) < 1e-6
-    (found,) = estimates(document, "temperature")
-    assert_is(found, at, sqrt(u @ u), (u @ u) ** 2 / (scatter**4 / 3))
-    (found,) = estimates(document, "slope")
+    (estimate,) = estimates(document, "temperature")
+    assert_is(estimate, expected, sqrt(u @ u), (u @ u) ** 2 / (scatter**4 / 3))
+    (estimate,) = estimates(document, "slope")
     by_ohm, by_t = slopes(lambda y: line(t, y)[1], ohm), slopes(lambda x: line(x, ohm)[1], t)
     u = np.array([s / sqrt(square), np.abs(by_ohm).sum() * 5 / FLAT,
                   np.abs(by_t).sum() * 0.05 / FLAT, slope * 0.01 / FLAT])  # fmt: skip
-    assert_is(found, slope / 1e3, sqrt(u @ u) / 1e3, (u @ u) ** 2 / (u[0] ** 4 / 3))
+    assert_is(estimate, slope / 1e3, sqrt(u @ u) / 1e3, (u @ u) ** 2 / (u[0] ** 4 / 3))
     assert verdicts(document) == {"temperature": "conditional fail", "slope": "pass"}
 
 
-def test_hysteresis_and_nonlinearity_of_a_transducer(tmp_path):
+def test_hysteresis_and_nonlinearity_of_transducer(tmp_path):
     """Two rising and two falling series: type A of repeated values, and of residuals of means."""
     force = np.array([0.0, 2.0, 4.0, 6.0, 8.0, 10.0])
     rising = np.array([[0.0001, 0.4003, 0.8008, 1.2007, 1.6005, 2.0001],
@@ -284,7 +289,7 @@ def test_hysteresis_and_nonlinearity_of_a_transducer(tmp_path):
                 rows.append(f"f: {force[i]} kN, n: {n} s, u: {values[series][i]} mV")
                 pairs.append(f"bench.f: {force[i]} kN, bench.n: {n} s")
             main += f"  - group:\n      label: {{way: {way}}}\n      steps:\n"
-            main += "".join(f"  {each}\n" for each in steps(pairs, ["u"]).splitlines())
+            main += "".join(f"  {step}\n" for step in steps(pairs, ["u"]).splitlines())
     document = document_of(
         tmp_path, rows, ["f", "n"],
         ["u, measures: voltage, accuracy: {gain: 0.05 %, resolution: 0.1 µV}",
@@ -312,33 +317,33 @@ acceptance:
     y = np.concatenate([*rising, *falling])  # in mV
     constant, slope, s, square = line(x, y)
     half_step, gain = 0.05e-3 / FLAT, 0.0005 / FLAT
-    apart = falling.mean(axis=0) - rising.mean(axis=0)
-    greatest = apart[np.argmax(np.abs(apart))]
+    differences = falling.mean(axis=0) - rising.mean(axis=0)
+    greatest = differences[np.argmax(np.abs(differences))]
     pooled = sqrt(np.mean(np.concatenate([rising, falling], axis=1).var(axis=0, ddof=1)))
     u = np.array([pooled, half_step, half_step, greatest * gain])  # s sqrt(1/2 + 1/2)
-    (found,) = estimates(document, "hysteresis")
-    assert_is(found, 1e3 * greatest, 1e3 * sqrt(u @ u), (u @ u) ** 2 / (pooled**4 / 12))
-    (found,) = estimates(document, "share")
-    assert found["value"] == pytest.approx(100 * greatest / (10 * slope), rel=1e-9)
-    off = np.array([y[x == f].mean() for f in force]) - constant - slope * force
-    at = int(np.argmax(np.abs(off)))
+    (estimate,) = estimates(document, "hysteresis")
+    assert_is(estimate, 1e3 * greatest, 1e3 * sqrt(u @ u), (u @ u) ** 2 / (pooled**4 / 12))
+    (estimate,) = estimates(document, "share")
+    assert estimate["value"] == pytest.approx(100 * greatest / (10 * slope), rel=1e-9)
+    error = np.array([y[x == f].mean() for f in force]) - constant - slope * force
+    at = int(np.argmax(np.abs(error)))
     weights = (x == force[at]) / 4 - 1 / 24 - (force[at] - x.mean()) * (x - x.mean()) / square
-    u = np.array([s * np.linalg.norm(weights), np.abs(weights).sum() * half_step, off[at] * gain])
-    (found,) = estimates(document, "nonlinearity")
-    assert_is(found, 1e6 * abs(off[at]), 1e6 * sqrt(u @ u), (u @ u) ** 2 / (u[0] ** 4 / 22))
+    u = np.array([s * np.linalg.norm(weights), np.abs(weights).sum() * half_step, error[at] * gain])
+    (estimate,) = estimates(document, "nonlinearity")
+    assert_is(estimate, 1e6 * abs(error[at]), 1e6 * sqrt(u @ u), (u @ u) ** 2 / (u[0] ** 4 / 22))
     weights = np.abs(x - x.mean()) / square
     u = np.array([s / sqrt(square), weights.sum() * half_step, slope * gain, slope * 0.001 / FLAT])
-    (found,) = estimates(document, "sensitivity")
-    assert_is(found, slope, sqrt(u @ u))
+    (estimate,) = estimates(document, "sensitivity")
+    assert_is(estimate, slope, sqrt(u @ u))
     assert verdicts(document) == {"hysteresis": "pass", "share": "fail"}
 
 
-def test_places_of_two_coordinates_and_results_of_results(tmp_path):
+def test_results_at_two_coordinates_and_from_other_results(tmp_path):
     """R at currents of both signs and two temperatures, its coefficient, and limits of means."""
-    read = {(i, t): 1.0 * i * (1 + 0.004 * (t - 20)) + np.array([-0.002, 0.0, 0.003]) * abs(i)
-            for i in (-1, 1, 2) for t in (20, 40)}  # fmt: skip
+    volts = {(i, t): 1.0 * i * (1 + 0.004 * (t - 20)) + np.array([-0.002, 0.0, 0.003]) * abs(i)
+             for i in (-1, 1, 2) for t in (20, 40)}  # fmt: skip
     rows = [f"i: {i} A, t: {t} °C, n: {n} s, v: {v!r} V"
-            for (i, t), values in read.items() for n, v in enumerate(values.tolist())]  # fmt: skip
+            for (i, t), values in volts.items() for n, v in enumerate(values.tolist())]  # fmt: skip
     cold_or_hot = "".join(
         f"""\
   - equation:
@@ -390,30 +395,30 @@ acceptance:
 """,
     )  # fmt: skip
     gain, step = 0.001 / FLAT, 0.0005 / FLAT
-    scatter = {at: values.std(ddof=1) / sqrt(3) for at, values in read.items()}
-    mean = {at: values.mean() for at, values in read.items()}
-    resistances = [each for each in document["results"] if each["name"] == "R"]
-    assert len(resistances) == len(read)
-    for each in resistances:
-        at = tuple(round(each["coordinates"][f"bench.{name}"]["value"]) for name in "it")
+    scatter = {at: values.std(ddof=1) / sqrt(3) for at, values in volts.items()}
+    mean = {at: values.mean() for at, values in volts.items()}
+    resistances = [result for result in document["results"] if result["name"] == "R"]
+    assert len(resistances) == len(volts)
+    for result in resistances:
+        at = tuple(round(result["coordinates"][f"bench.{name}"]["value"]) for name in "it")
         u = np.array([scatter[at], gain * mean[at], step]) / at[0]
-        assert_is(each["estimate"], mean[at] / at[0], sqrt(u @ u), (u @ u) ** 2 / (u[0] ** 4 / 2))
+        assert_is(result["estimate"], mean[at] / at[0], sqrt(u @ u), (u @ u) ** 2 / (u[0] ** 4 / 2))
     variances = []
-    for i, found in zip((-1, 1, 2), estimates(document, "alpha"), strict=True):
+    for i, estimate in zip((-1, 1, 2), estimates(document, "alpha"), strict=True):
         hot, cold = mean[i, 40], mean[i, 20]  # the gain is one and cancels
         u = np.array([scatter[i, 40], step, scatter[i, 20] * hot / cold, step * hot / cold])
         variances.append((u @ u) / (20 * cold) ** 2)
-        assert_is(found, (hot / cold - 1) / 20, sqrt(variances[-1]))
-    parts = {each["of"]: each for each in document["decision"]["parts"]}
-    # what a step of the display is wrong by counts as one error in all places, by its size
+        assert_is(estimate, (hot / cold - 1) / 20, sqrt(variances[-1]))
+    parts = {part["of"]: part for part in document["decision"]["parts"]}
+    # the resolution error of the display counts as one common error at all places
     u_of_mean = parts["mean U"]["result"]["standard_uncertainty"] / 1e3
     cold = [mean[i, 20] for i in (-1, 1, 2)]
-    own = sqrt(sum(scatter[i, 20] ** 2 for i in (-1, 1, 2))) / 3
+    u_scatter = sqrt(sum(scatter[i, 20] ** 2 for i in (-1, 1, 2))) / 3
     assert parts["mean U"]["result"]["value"] == pytest.approx(1e3 * np.mean(cold), rel=1e-9)
     assert u_of_mean == pytest.approx(
-        sqrt(own**2 + (gain * np.mean(cold)) ** 2 + step**2), rel=1e-5
+        sqrt(u_scatter**2 + (gain * np.mean(cold)) ** 2 + step**2), rel=1e-5
     )
-    assert {name: each["verdict"] for name, each in parts.items()} == {
+    assert {name: part["verdict"] for name, part in parts.items()} == {
         "R at bench.i = 1 A, bench.t = 20 °C": "pass",
         "R at bench.i = 1 A, bench.t = 40 °C": "fail",
         "mean alpha": "pass",

@@ -1,10 +1,10 @@
-"""Exchanges as standards and a maker's manual have them, served byte for byte.
+"""Exchanges from standards and a maker's manual, served byte for byte.
 
 IEEE Std 488.2-1992: *IDN? (10.14), numbers (8.7.2 to 8.7.4), blocks (7.7.6, 8.7.9 and 8.7.10).
 SCPI-99: the error queue and its numbers (vol. 2, 21.8), infinity and 'not a number' (vol. 1,
 7.2.1.4 and 7.2.1.5), REAL,32 (vol. 2, 9). Hewlett-Packard, 34401A User's Guide, chapter 4, 'Output
 Data Formats': a single reading is SD.DDDDDDDDESDD, ended by <nl> on the bus and <cr><nl> on RS-232.
-The values between the signs are of our choice, the shapes are theirs.
+The values are ours, the formats are theirs.
 """
 
 from __future__ import annotations
@@ -37,10 +37,10 @@ class Never:
 
 
 def served(lines, settings, kind=SocketPeer):
-    """Yield the device, connected; in the end all of the script was used and nothing else said."""
+    """Yield the connected device; at the end the script must be used up and nothing else sent."""
     script = Script(lines)
-    with peer(kind, script) as far:
-        device = instrument("visa", merged(settings, resource=far.resource))
+    with peer(kind, script) as server:
+        device = instrument("visa", merged(settings, resource=server.resource))
         device.identity = device.connect(2.0)
         yield device
         device.close()
@@ -60,17 +60,17 @@ def exchange(lines, settings=MULTIMETER, kind=SocketPeer):
         (b"+1.20000000E-04\n", 0.00048),  # 0.12 mV * 4
     ],
 )
-def test_a_reading_of_a_34401a(reading, torque_nm):
+def test_reading_of_34401a(reading, torque_nm):
     for device in exchange([IDN, NO_ERROR, (b"READ?\n", reading)]):
         assert device.identity == Identity("HEWLETT-PACKARD", "34401A", "", "11-5-2")
         assert device.read(["torque"])["torque"] == pytest.approx(torque_nm, rel=1e-12)
 
 
-def test_the_same_on_rs_232():
+def test_reading_of_34401a_over_rs_232():
     lines = [
         (b"*IDN?\n", b"HEWLETT-PACKARD,34401A,0,11-5-2\r\n"),
         (b"SYST:ERR?\n", b'+0,"No error"\r\n'),
-        (b"SYST:REM\n", b""),  # RS-232 wants it before anything else is set
+        (b"SYST:REM\n", b""),  # RS-232 requires it before any other setting
         (b"SYST:ERR?\n", b'+0,"No error"\r\n'),
         (b"READ?\n", b"+4.99980000E+00\r\n"),
     ]
@@ -82,13 +82,13 @@ def test_the_same_on_rs_232():
 
 
 @pytest.mark.parametrize("reading", [b"+9.90000000E+37\n", b"-9.90000000E+37\n", b"9.91E37\n"])
-def test_infinity_and_not_a_number_are_no_readings(reading):
+def test_infinity_and_not_a_number_are_rejected(reading):
     for device in exchange([IDN, NO_ERROR, (b"READ?\n", reading)]):
         with pytest.raises(DeviceRejectedError, match="overload or 'not a number'"):
             device.read(["torque"])
 
 
-def test_a_command_that_is_refused():
+def test_refused_command_is_reported():
     frequency = {
         "command": "FREQ {value}",
         "read_back": "FREQ?",
@@ -129,8 +129,8 @@ STREAM = {
 
 
 @pytest.mark.parametrize("header", [b"#216", b"#3016", b"#800000016"])
-def test_a_block_of_definite_length(header):
-    """488.2 itself writes its example of five bytes both as #15 and as #3005."""
+def test_block_of_definite_length(header):
+    """488.2 itself writes its example of five bytes as #15 and as #3005."""
     channels = {
         "angle": {"query": "ANGL?", "unit": "deg"},
         "torque": {"query": "TORQ?", "unit": "mN·m", "scale": 2.0, "offset": 1.0},
@@ -152,8 +152,8 @@ def test_a_block_of_definite_length(header):
         assert block.channels["torque"] == pytest.approx([-0.003, 0.021], rel=1e-12)
 
 
-def test_a_block_whose_data_hold_line_feeds():
-    """Nothing in a block means anything but its data: 0x0a0a0a0a is 6.6468e-33."""
+def test_block_with_line_feeds_in_data():
+    """Bytes of a block are only data: 0x0a0a0a0a is 6.6468e-33."""
     lines = [
         IDN,
         NO_ERROR,
@@ -171,11 +171,11 @@ def test_a_block_whose_data_hold_line_feeds():
 
 
 @pytest.mark.parametrize("message", [b"#15abcde", b"#3005abcde\n", b"#0abcde\n", b"#15abcde\r\n"])
-def test_the_example_of_488_2_in_all_its_forms(message):
+def test_all_forms_of_488_2_example(message):
     assert whole_block(message, "CURV?") == b"abcde"
 
 
 @pytest.mark.parametrize("message", [b"#15abcd", b"#15abcdef", b"#0abcde", b"15abcde", b"#"])
-def test_what_is_no_such_block(message):
+def test_malformed_block_is_rejected(message):
     with pytest.raises(DeviceRejectedError, match=r"'CURV\?'"):
         whole_block(message, "CURV?")

@@ -1,11 +1,11 @@
-"""Lines as makers' manuals have them, sent byte for byte over a serial line.
+"""Lines from makers' manuals, sent byte for byte over a serial line.
 
 A&D, GH series instruction manual, 10.5 and 10.6, and FX-CT series, 'A&D standard format' and 'NU
 (numerical) format': header ST (stable), US (unstable) or OL (overload), a comma, nine characters of
 data, three of the unit. METTLER TOLEDO, MT-SICS reference manual for Excellence balances
 (11780711B), 3.2.1: identification, status (S stable, D dynamic), ten characters of weight, unit;
 3.2.3: ES for a command that is not known. KERN 470 series, data interface: sign, data, unit, S for
-stable. The values are the manuals' examples or of our choice, the shapes are theirs.
+stable. The values are the manuals' examples or ours, the formats are theirs.
 """
 
 from __future__ import annotations
@@ -57,7 +57,7 @@ def values(settings, line):
         (KERN, "+ 00123.4 G S", {"mass": 0.1234}),
     ],
 )
-def test_a_line_of_a_manual(settings, line, expected):
+def test_line_of_manual_is_parsed(settings, line, expected):
     assert values(settings, line) == pytest.approx(expected, rel=1e-12)
 
 
@@ -74,25 +74,25 @@ def test_a_line_of_a_manual(settings, line, expected):
         (KERN, "+ 00123.4 G E"),  # error
     ],
 )
-def test_what_is_no_value_of_the_station(settings, line):
+def test_unsuitable_line_is_rejected(settings, line):
     with pytest.raises(DeviceRejectedError, match="a line is"):
         values(settings, line)
 
 
-def test_a_balance_that_talks_by_itself():
-    far = SerialPeer()
-    device = instrument("serial_ascii", merged(AND, port=far.port, stale="500 ms"))
-    far.say(b"0012.78  g\r\n")  # what was under way
+def test_balance_that_sends_continuously():
+    server = SerialPeer()
+    device = instrument("serial_ascii", merged(AND, port=server.port, stale="500 ms"))
+    server.say(b"0012.78  g\r\n")  # the end of an earlier line
     stream = b"US,-00183.96  g\r\nST,+00018.72  g\r\nUS,+00099.99  g\r\n"
-    threading.Timer(0.1, far.say, (b"ST,+00001.00  g\r\n" + stream,)).start()
+    threading.Timer(0.1, server.say, (b"ST,+00001.00  g\r\n" + stream,)).start()
     device.connect(1.0)
-    # the first line that is heard may have begun before, and what is not stable is passed over
+    # the first received line may be incomplete, and unstable values are skipped
     assert device.read(["mass"]) == {"mass": pytest.approx(0.01872, rel=1e-12)}
     device.close()
-    far.close()
+    server.close()
 
 
-def test_a_balance_that_is_asked():
+def test_balance_that_is_queried():
     """SI asks for the weight at once, stable or not (MT-SICS, level 0)."""
     script = Script(
         [
@@ -102,8 +102,8 @@ def test_a_balance_that_is_asked():
             (b"SI\r\n", b"S +\r\n"),
         ]
     )
-    far = SerialPeer(script)
-    settings = merged(SICS, port=far.port, request="SI", stale="500 ms")
+    server = SerialPeer(script)
+    settings = merged(SICS, port=server.port, request="SI", stale="500 ms")
     settings["identification"] = {"query": "@", "expect": 'I4 A "[0-9]+"'}
     device = instrument("serial_ascii", settings)
     assert device.connect(1.0).model == 'I4 A "0123456789"'
@@ -112,6 +112,6 @@ def test_a_balance_that_is_asked():
     with pytest.raises(DeviceRejectedError, match=r"'S \+'"):
         device.read(["torque"])
     device.close()
-    far.close()
+    server.close()
     assert not script.left
     assert not script.unexpected

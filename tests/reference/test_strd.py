@@ -49,8 +49,8 @@ def test_polynomials(name, degree, least_digits):
 
 
 @pytest.mark.parametrize(("name", "degree", "least_digits"), POLYNOMIALS[:-1])
-def test_the_same_powers_without_mapping(name, degree, least_digits):
-    """A basis with gaps cannot be mapped; its powers are nearly dependent and scaled only."""
+def test_powers_without_mapping(name, degree, least_digits):
+    """A basis with gaps cannot be mapped; its nearly dependent powers are only scaled."""
     nist = read(name)
     curve = BasisFit(BasisSettings(powers=range(degree + 1)))(nist.points)
     assert least_digits_of(curve, nist) >= least_digits
@@ -58,12 +58,12 @@ def test_the_same_powers_without_mapping(name, degree, least_digits):
 
 @pytest.mark.parametrize(("times", "least_digits"), [(1e2, 10), (1e4, 8)])
 def test_wampler_4_and_5(times, least_digits):
-    """The errors of Wampler3 a hundred and ten thousand times; the curve is still that of 1."""
-    exact, off = read("Wampler1").points, read("Wampler3")
-    y = exact.y + times * (off.points.y - exact.y)
+    """The errors of Wampler3 times 100 and 10,000; the curve is still that of Wampler1."""
+    exact, noisy = read("Wampler1").points, read("Wampler3")
+    y = exact.y + times * (noisy.points.y - exact.y)
     curve = PolynomialFit(PolynomialSettings(degree=5))(Points(exact.x, y))
-    deviations = times * off.standard_deviations
-    assert digits(curve.coefficients, off.estimates) >= least_digits
+    deviations = times * noisy.standard_deviations
+    assert digits(curve.coefficients, noisy.estimates) >= least_digits
     assert digits(np.sqrt(np.diag(curve.covariance)), deviations) >= 12
 
 
@@ -74,8 +74,8 @@ def test_without_an_intercept(name):
     assert least_digits_of(curve, nist) >= 13
 
 
-def test_points_that_are_nearly_the_same_do_not_count_as_many():
-    """Twelve frequencies at three set-points, 6 mHz apart: a line, and no degree 10."""
+def test_nearly_equal_points_do_not_count_as_many():
+    """Twelve frequencies at three set-points, 6 mHz apart: they allow a line, but not degree 10."""
     x = np.add.outer([10.0, 20.0, 30.0], [0.0, 6e-3, 12e-3, 18e-3]).ravel()
     points = Points(x, 1 + x**2)
     PolynomialFit(PolynomialSettings(degree=1))(points)
@@ -84,7 +84,7 @@ def test_points_that_are_nearly_the_same_do_not_count_as_many():
 
 
 @pytest.mark.parametrize("degree", [9, 10])
-def test_a_degree_that_the_data_do_not_allow_is_refused(degree):
+def test_degree_beyond_the_data_is_refused(degree):
     """Ten different x give a polynomial of degree 8 with its uncertainty, and no more."""
     filip = read("Filip").points
     few = Points(filip.x[:11], filip.y[:11], x_unit="s")
@@ -95,36 +95,36 @@ def test_a_degree_that_the_data_do_not_allow_is_refused(degree):
 
 
 def test_several_regressors():
-    """Longley's six regressors, which nearly depend on each other."""
+    """Longley's six nearly dependent regressors."""
     assert least_digits_of(strd["fitted"](read("Longley")), read("Longley")) >= 13
 
 
-def test_all_of_the_nonlinear_sets_are_here():
+def test_all_nonlinear_sets_are_present():
     assert len(strd["nonlinear"]()) == 27
 
 
 @pytest.mark.skipif(not LONGEST_DOUBLE, reason="extended precision is double precision here")
 @pytest.mark.parametrize("start", [1, 2])
 @pytest.mark.parametrize("name", strd["nonlinear"]())
-def test_nonlinear(name, start):
+def test_nonlinear_sets(name, start):
     nist = read(name)
     curve = strd["fitted"](nist, start)
     assert digits(curve.coefficients, nist.estimates) >= 10.5
     exact = name == "Lanczos1"  # residuals of 1e-13, of data that are rounded at 1e-16
-    least = 3 if exact else 10
-    assert digits(np.sqrt(np.diag(curve.covariance)), nist.standard_deviations) >= least
-    assert digits(curve.residual_s, nist.residual_s) >= least
+    minimum = 3 if exact else 10
+    assert digits(np.sqrt(np.diag(curve.covariance)), nist.standard_deviations) >= minimum
+    assert digits(curve.residual_s, nist.residual_s) >= minimum
     assert curve.dof == len(nist.points.y) - len(nist.estimates)
 
 
 @pytest.mark.skipif(not LONGEST_DOUBLE, reason="extended precision is double precision here")
-def test_the_page_has_the_digits_that_are_found():
-    shown, found = (
+def test_page_shows_computed_digits():
+    stored, computed = (
         re.split(r"(\d+\.\d)(?= [|/])", text)
         for text in ((ROOT / "docs/evidence/strd.md").read_text("utf-8"), strd["page"]())
     )
-    again = "python docs/evidence/strd_page.py docs/evidence"
-    assert shown[::2] == found[::2], again
-    assert np.array(shown[1::2], float) == pytest.approx(np.array(found[1::2], float), abs=0.5), (
-        again
-    )
+    command = "python docs/evidence/strd_page.py docs/evidence"
+    assert stored[::2] == computed[::2], command
+    assert np.array(stored[1::2], float) == pytest.approx(
+        np.array(computed[1::2], float), abs=0.5
+    ), command

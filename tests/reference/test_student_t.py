@@ -23,9 +23,9 @@ from rigrunner.signal.uncertainty import coverage_factor
         (inf, 0.99, 2.576),
     ],
 )
-def test_table_g_2(dof, p, k):
+def test_coverage_factors_of_table_g_2(dof, p, k):
     assert coverage_factor(dof, p) == pytest.approx(k, abs=0.006)
 
 
-def test_nine_degrees_of_freedom():
+def test_coverage_factor_of_nine_degrees_of_freedom():
     assert coverage_factor(9) == pytest.approx(2.262157, abs=5e-7)

@@ -1,7 +1,7 @@
-"""The tests' own tester, installed as a stranger's package: its torque is known by construction.
+"""The tests' own tester, installed as a third-party package; its torque is known.
 
-At rest it shows its offset, `OFFSET_NM`. Turning, it shows besides, on the mean over whole cycles,
-`IDLE_NM` and `PER_NEWTON_NM` for each newton of load, with a sine and with new noise
+At rest it shows its offset, `OFFSET_NM`. When turning, the mean over whole cycles also has
+`IDLE_NM` and `PER_NEWTON_NM` for each newton of load; a sine is added, and new noise
 for each recording of the same set-points.
 """
 
@@ -47,14 +47,14 @@ DRIVES = (
 
 
 class TesterSettings(Settings):
-    """What is wrong with it."""
+    """Settings and faults of the tester."""
 
     seed: int = 0
     """Of the noise."""
     rate: float = 2000.0
     """Samples in a second."""
     simulate: Literal["", "unplugged"] = ""
-    """As if nobody was there."""
+    """Simulate a device that does not answer."""
     slip: AnyQuantity | None = None
     """By how much the true frequency differs from the one that is set."""
 
@@ -108,12 +108,12 @@ class Tester:
         place = self._place()
         self._streams[place] += 1
         values = self._samples(round(duration_s * self.sample_rate_hz), self._streams[place])
-        wanted = {name: values[name] for name in channels}
-        return paced_blocks(wanted, self.sample_rate_hz, self.clock, stop)
+        values_by_name = {name: values[name] for name in channels}
+        return paced_blocks(values_by_name, self.sample_rate_hz, self.clock, stop)
 
     def continue_after(self, streams):
-        for each in streams:
-            self._streams[each.get("frequency", 0.0), each.get("load", 0.0)] += 1
+        for setpoints in streams:
+            self._streams[setpoints.get("frequency", 0.0), setpoints.get("load", 0.0)] += 1
 
     def pause(self):
         self._need()

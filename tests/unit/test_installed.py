@@ -1,4 +1,4 @@
-"""Providers of plugins are found by the entry points of what is installed, each time again."""
+"""Providers of plugins are found by the entry points of installed distributions."""
 
 from __future__ import annotations
 
@@ -32,23 +32,23 @@ def add(site, name, version, entry_points):
 OURS = Installed("ours", "ours.hooks", "1.0", "ours")
 
 
-def test_a_provider_that_is_added_is_found_by_name_with_its_version(lab):
+def test_added_provider_is_found_with_name_and_version(lab):
     assert installed() == (OURS,)
     add(lab, "beside", "0.2", "[rigrunner]\nbeside = beside:hooks\n")
     assert installed() == (Installed("beside", "beside:hooks", "0.2", "beside"), OURS)
 
 
-@pytest.mark.parametrize(("distribution", "said"), [("beside", "beside 0.2, "), ("rigrunner", "")])
-def test_an_error_is_of_a_plugin_that_another_distribution_brings(lab, distribution, said):
+@pytest.mark.parametrize(("distribution", "name"), [("beside", "beside 0.2, "), ("rigrunner", "")])
+def test_culprit_is_plugin_of_another_distribution(lab, distribution, name):
     add(lab, distribution, "0.2", "[rigrunner]\nbeside = beside.hooks\n")
     (lab / "beside.py").write_text("def broken():\n    raise ValueError('worn')\n")
     sys.modules.pop("beside", None)
-    with pytest.raises(ValueError, match="worn") as raised:
+    with pytest.raises(ValueError, match="worn") as caught:
         importlib.import_module("beside").broken()
-    assert culprit(raised.value) == (f"{said}{lab / 'beside.py'}:2" if said else "")
+    assert culprit(caught.value) == (f"{name}{lab / 'beside.py'}:2" if name else "")
 
 
-def test_what_ships_is_installed_here():
+def test_shipped_providers_are_installed():
     assert {"rigrunner_bearings", "rigrunner_plugins", "rigrunner_reports"} <= {
-        each.name for each in installed()
+        provider.name for provider in installed()
     }

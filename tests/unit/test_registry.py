@@ -46,7 +46,7 @@ def entry(tmp_path, monkeypatch):
     return make
 
 
-def test_a_plugin_is_found_by_kind_and_name(entry):
+def test_plugin_is_found_by_kind_and_name(entry):
     registry = load_registry([entry("good_one", GOOD)])
     assert registry.names("fit") == ["line"]
     assert registry.find("fit", "line").provider.name == "good_one"
@@ -60,13 +60,13 @@ def test_settings_are_validated_before_the_factory_is_called(entry):
         registry.make("fit", "line", {"cutoff": "2 N·m"})
 
 
-def test_an_unknown_name_gets_a_suggestion(entry):
+def test_unknown_name_gets_a_suggestion(entry):
     registry = load_registry([entry("good_three", GOOD)])
     with pytest.raises(PluginError, match="did you mean 'line'"):
         registry.find("fit", "lime")
 
 
-def test_a_name_provided_twice_is_refused_naming_both(entry):
+def test_duplicate_name_is_refused_naming_both_providers(entry):
     registry = load_registry([entry("lab_a", GOOD), entry("lab_b", GOOD)])
     with pytest.raises(PluginError, match="provided twice, by lab_a and lab_b"):
         registry.find("fit", "line")
@@ -106,7 +106,7 @@ def test_a_name_provided_twice_is_refused_naming_both(entry):
         ),
     ],
 )
-def test_a_broken_plugin_is_disabled_with_its_reason_and_harms_no_other(entry, source, reason):
+def test_broken_plugin_is_disabled_and_others_are_loaded(entry, source, reason):
     name = "broken_" + str(abs(hash(source)))
     registry = load_registry([entry(name, source), entry("good_" + name, GOOD)])
     assert registry.names("fit") == ["line"]
@@ -117,7 +117,7 @@ def test_a_broken_plugin_is_disabled_with_its_reason_and_harms_no_other(entry, s
 
 
 class Pressed(FakeTester):
-    """A device whose force is declared as a test says."""
+    """A device with given declarations."""
 
     def __init__(self, channels=(), drives=()):
         super().__init__(channels=channels, drives=drives)
@@ -141,7 +141,7 @@ def force(*limits, **changes):
         ),
         (Pressed([ChannelInfo("a.b", "N", "")]), "'a.b': a name has letters, digits and '_'"),
         (force(1.0, 0.0), "its limits are 1.0 and 0.0, expected two finite numbers"),
-        (force(0.0, float("inf")), "its limits are 0.0 and inf"),  # 1 % of which all is within
+        (force(0.0, float("inf")), "its limits are 0.0 and inf"),  # any value is within 1 % of that
         (force(float("nan"), float("nan")), "its limits are nan and nan"),
         (force("0", "1"), "its limits are 0 and 1"),
         (force(tolerance=float("inf")), "its tolerance is inf"),
@@ -152,7 +152,7 @@ def force(*limits, **changes):
         (force(sets_cycle_frequency=True), "it sets the cycle frequency, in N"),
     ],
 )
-def test_a_device_whose_numbers_would_mean_something_else_is_refused(device, problem):
+def test_invalid_declaration_of_device_is_refused(device, problem):
     record = DeviceRecord(name="press", help="", factory=lambda *_: device)
     registry = Registry([Plugin("device", record, Provider("lab", "1"))])
     with pytest.raises(PluginError, match=r"^device 'press': ") as caught:
@@ -161,7 +161,7 @@ def test_a_device_whose_numbers_would_mean_something_else_is_refused(device, pro
     assert "rigrunner check-plugin press" in caught.value.hint
 
 
-def test_a_channel_in_a_unit_that_is_not_known_here_leaves_the_device_of_use():
+def test_channel_in_unknown_unit_is_accepted():
     device = Pressed([ChannelInfo("light", "lx", "Light")])
     assert list(declaration_problems(device)) == []
 
@@ -174,19 +174,19 @@ def failing(error):
     return Registry([Plugin("fit", record, Provider("lab", "1"))])
 
 
-def test_what_a_factory_did_not_foresee_names_the_plugin():
+def test_unexpected_factory_error_has_note_with_plugin():
     with pytest.raises(ValueError, match="oops") as caught:
         failing(ValueError("oops")).make("fit", "line", {})
     assert caught.value.__notes__ == ["in the fit 'line' of lab 1"]
 
 
-def test_a_factory_cannot_end_the_program():
+def test_factory_cannot_end_the_program():
     with pytest.raises(RuntimeError, match=r"the fit 'line' of lab 1 raised SystemExit\(0\)"):
         failing(SystemExit(0)).make("fit", "line", {})
 
 
 @pytest.mark.parametrize("content", ["a text", None, 5])
-def test_a_format_gives_the_bytes_of_a_file(content):
+def test_report_format_must_return_bytes(content):
     record = ReportFormatRecord(
         name="mine", help="", suffix=".x", factory=lambda _: lambda _: content
     )
@@ -195,7 +195,7 @@ def test_a_format_gives_the_bytes_of_a_file(content):
         registry.make("report_format", "mine", {})(None)
 
 
-def test_a_drop_in_that_cannot_be_read_is_disabled_and_harms_no_other(folder):
+def test_unreadable_drop_in_is_disabled_and_others_are_loaded(folder):
     (folder / "no_file.py").mkdir()
     (folder / "gone.py").symlink_to(folder / "nowhere")
     (folder / "good.py").write_text(GOOD)
@@ -212,15 +212,15 @@ def declaring(line):
 
 
 @pytest.fixture
-def of_three_ages(monkeypatch):
+def three_api_versions(monkeypatch):
     """This Rigrunner has the APIs 2 to 4."""
     monkeypatch.setattr(loading, "OLDEST_API_VERSION", 2)
     monkeypatch.setattr(loading, "API_VERSION", 4)
 
 
-@pytest.mark.usefixtures("of_three_ages")
+@pytest.mark.usefixtures("three_api_versions")
 @pytest.mark.parametrize("made_for", [2, 3, 4])
-def test_a_plugin_made_for_an_api_that_is_still_kept_is_taken(entry, made_for):
+def test_plugin_for_supported_api_is_loaded(entry, made_for):
     registry = load_registry([entry(f"kept_{made_for}", declaring(f"api_version = {made_for}"))])
     assert registry.names("fit") == ["line"]
     assert registry.disabled == ()
@@ -234,30 +234,30 @@ TOO_OLD = (
     "it is made for plugin API 1, and Rigrunner {} has 2 to 4"
     " (install a newer version of it, for API 2 to 4, or an older Rigrunner)"
 )
-NOT_SAID = (
+NO_VERSION = (
     "it does not say for which plugin API it is made (its module needs a line 'api_version = 4')"
 )
 
 
-@pytest.mark.usefixtures("of_three_ages")
+@pytest.mark.usefixtures("three_api_versions")
 @pytest.mark.parametrize(
     ("line", "reason"),
     [
         ("api_version = 5", TOO_NEW),
         ("api_version = 1", TOO_OLD),
-        ("", NOT_SAID),
-        ("api_version = '4'", NOT_SAID),
-        ("api_version = True", NOT_SAID),
+        ("", NO_VERSION),
+        ("api_version = '4'", NO_VERSION),
+        ("api_version = True", NO_VERSION),
     ],
 )
-def test_a_plugin_made_for_another_api_is_disabled_and_says_what_to_do(entry, line, reason):
+def test_plugin_for_unsupported_api_is_disabled_with_advice(entry, line, reason):
     registry = load_registry([entry("aged_" + str(abs(hash(line))), declaring(line))])
     assert {plugin.kind for plugin in registry.plugins} == {"step"}  # of the language itself
     assert [plugin.reason for plugin in registry.disabled] == [reason.format(__version__)]
 
 
 @pytest.mark.parametrize("line", ["api_version = 99", "api_version: int = 99  # of next year"])
-def test_a_newer_plugin_that_cannot_be_imported_is_refused_for_its_age(entry, folder, line):
+def test_api_version_is_checked_before_import_errors(entry, folder, line):
     source = f"from rigrunner.api.hooks import OfNextYear\n{line}\n"
     (folder / "drop_in.py").write_text(source)
     installed = load_registry([entry("newer_" + str(len(line)), source)])
@@ -265,13 +265,13 @@ def test_a_newer_plugin_that_cannot_be_imported_is_refused_for_its_age(entry, fo
         assert disabled.reason.startswith("it is made for plugin API 99"), disabled
 
 
-def test_an_unknown_name_tells_of_what_could_not_be_loaded(entry):
+def test_unknown_name_error_lists_disabled_plugins(entry):
     registry = load_registry([entry("from_the_future", declaring("api_version = 99"))])
     with pytest.raises(PluginError, match=r"no fit 'line'.*disabled: from_the_future: .* API 99"):
         registry.find("fit", "line")
 
 
-def test_settings_take_no_bare_number():
+def test_settings_refuse_bare_number():
     class Drive(Settings):
         speed: Frequency
 
@@ -298,14 +298,14 @@ def test_drop_ins_are_loaded_by_path_and_leave_the_import_path_alone(folder):
     assert registry.make("fit", "line", {}).cutoff == 5.0
 
 
-def test_a_drop_in_cannot_shadow_an_installed_plugin(entry, folder):
+def test_drop_in_cannot_shadow_installed_plugin(entry, folder):
     (folder / "mine.py").write_text(GOOD)
     registry = with_drop_ins(load_registry([entry("installed_one", GOOD)]), folder)
     with pytest.raises(PluginError, match=r"by installed_one and .*mine\.py"):
         registry.find("fit", "line")
 
 
-def test_a_broken_drop_in_is_disabled_and_harms_no_other(folder):
+def test_broken_drop_in_is_disabled_and_others_are_loaded(folder):
     (folder / "broken.py").write_text("def f(:")
     (folder / "good.py").write_text(GOOD)
     registry = with_drop_ins(load_registry([]), folder)
@@ -314,7 +314,7 @@ def test_a_broken_drop_in_is_disabled_and_harms_no_other(folder):
     assert "SyntaxError" in disabled.reason
 
 
-def test_a_missing_drop_in_folder_is_named(tmp_path):
+def test_missing_drop_in_folder_is_named(tmp_path):
     with pytest.raises(PluginError, match=r"there is no plugin folder .*nowhere"):
         with_drop_ins(load_registry([]), tmp_path / "nowhere")
 
@@ -328,20 +328,20 @@ class InRole(FakeTester):
 
 
 class Tap:
-    """Notes where it stands: at the wire of a role, or at its calls."""
+    """Records where it is placed: at the wire of a role, or at its calls."""
 
     def __init__(self):
-        self.at = []
+        self.places = []
 
     def wired(self, context):
-        self.at.append(("wire", context.role))
+        self.places.append(("wire", context.role))
         return context
 
     def called(self, device, context):  # noqa: ARG002  (a Tap's)
         return device
 
     def whole(self, device, context):
-        self.at.append(("calls", context.role))
+        self.places.append(("calls", context.role))
         return device
 
 
@@ -355,8 +355,8 @@ class Tap:
     ],
     ids=["none", "the whole", "both", "the part"],
 )
-def test_a_tap_stands_once_between_a_device_and_its_instrument(wired, expected):
-    """What is made of others is tapped at these if it is wired itself, and else as a whole."""
+def test_tap_is_placed_once_between_device_and_instrument(wired, expected):
+    """A device made of parts is tapped at its parts if it is wired itself, else as a whole."""
     records = {
         "part": lambda _, context: InRole(context.role),
         "whole": lambda _, context: context.make("part", {}, part="part"),
@@ -372,7 +372,7 @@ def test_a_tap_stands_once_between_a_device_and_its_instrument(wired, expected):
     tap = Tap()
     context = DeviceContext("tester", SimulatedClock(), Path())
     assert registry.make_device("whole", {}, context, tap).role == "tester/part"
-    assert tap.at == expected
+    assert tap.places == expected
 
 
 BY_PLACE = """
@@ -389,7 +389,7 @@ def rigrunner_fits():
 """
 
 
-def test_settings_given_by_their_place_are_imported_when_they_are_asked_for(entry, tmp_path):
+def test_settings_given_by_place_are_imported_on_use(entry, tmp_path):
     (tmp_path / "line_settings_of_a_lab.py").write_text(
         "from rigrunner.api.settings import Frequency, Settings\n"
         "class LineSettings(Settings):\n    cutoff: Frequency\n"
@@ -402,7 +402,7 @@ def test_settings_given_by_their_place_are_imported_when_they_are_asked_for(entr
         registry.make("fit", "line", {"cutoff": "2 N"})
 
 
-def test_a_factory_given_by_its_place_is_imported_when_it_is_called(entry, tmp_path):
+def test_factory_given_by_place_is_imported_on_use(entry, tmp_path):
     (tmp_path / "line_fit_of_a_lab.py").write_text("def line(settings):\n    return settings, 1\n")
     source = GOOD.replace("factory=lambda s: s", "factory=Imported('line_fit_of_a_lab:line')")
     source = source.replace("import FitRecord", "import FitRecord, Imported")
@@ -412,7 +412,7 @@ def test_a_factory_given_by_its_place_is_imported_when_it_is_called(entry, tmp_p
     assert (settings.cutoff, one) == (2000.0, 1)
 
 
-def test_an_imported_product_is_given_as_it_is():
+def test_imported_product_is_returned_uncalled():
     record = ReportFormatRecord(
         name="x", help="X.", suffix=".x", factory=Imported("json:dumps", called=False)
     )
@@ -420,7 +420,7 @@ def test_an_imported_product_is_given_as_it_is():
 
 
 @pytest.mark.parametrize("place", ["no_such_module_at_all:Fit", "rigrunner.api:NoSuch", "re", ""])
-def test_a_place_without_a_factory_is_named(place):
+def test_place_without_factory_is_named(place):
     plugin = Plugin(
         "fit", FitRecord(name="x", help="X.", factory=Imported(place)), Provider("x", "")
     )
@@ -452,7 +452,7 @@ def test_every_imported_function_of_a_shipped_record_exists():
         ("rigrunner.api.settings:Torque", "is not a model of settings"),
     ],
 )
-def test_settings_that_are_not_at_their_place_harm_no_other_plugin(entry, place, reason):
+def test_settings_missing_at_their_place_disable_only_their_plugin(entry, place, reason):
     name = "misplaced_" + str(abs(hash(place)))
     registry = load_registry([entry(name, BY_PLACE.replace("PLACE", place))])
     assert registry.names("fit") == ["line", "plain"]
@@ -464,7 +464,7 @@ def test_settings_that_are_not_at_their_place_harm_no_other_plugin(entry, place,
     assert str(checked.disabled[0]).startswith(f"{name}: fit 'line': ")
 
 
-def test_every_plugin_that_ships_has_its_settings_where_its_record_says():
+def test_settings_of_shipped_plugins_are_at_their_places():
     registry = load_registry()
     checked = registry.with_all_settings()
     assert [plugin.record.name for plugin in checked.plugins] == [
@@ -473,7 +473,7 @@ def test_every_plugin_that_ships_has_its_settings_where_its_record_says():
     assert checked.disabled == ()
 
 
-def test_what_cannot_be_read_in_a_drop_in_folder_is_disabled_and_harms_no_other(folder):
+def test_folders_and_broken_links_as_drop_ins_are_disabled(folder):
     (folder / "good.py").write_text(GOOD)
     (folder / "a_folder.py").mkdir()
     (folder / "nowhere.py").symlink_to(folder / "gone.py")
@@ -498,7 +498,7 @@ def fit_of_a_rig(name, rig):
     return Plugin("fit", record, Provider(f"the_{name}", "1"))
 
 
-def test_a_rig_has_the_keys_that_plugins_declare():
+def test_rig_has_keys_declared_by_plugins():
     assert set(Registry([]).rig_model().model_fields) == set()
     model = Registry([fit_of_a_rig("one", Bore), fit_of_a_rig("two", Bore)]).rig_model()
     assert model.model_validate({"bore": "3 mm"}).bore == 0.003
@@ -506,12 +506,12 @@ def test_a_rig_has_the_keys_that_plugins_declare():
         model.model_validate({"mandrel": "M-1"})
 
 
-def test_a_key_of_a_rig_that_two_declare_differently_names_both():
+def test_conflicting_rig_key_is_refused_naming_both_plugins():
     registry = Registry([fit_of_a_rig("one", Bore), fit_of_a_rig("two", OtherBore)])
     plugins = "by the fit 'one' of the_one 1 and the fit 'two' of the_two 1"
     with pytest.raises(PluginError, match=f"'bore' of a rig is declared twice, {plugins}"):
         registry.rig_model()
 
 
-def test_a_plugin_that_declares_no_rig_has_none():
+def test_plugin_without_rig_keys_has_none():
     assert load_registry().rig_of("device", "visa") is None

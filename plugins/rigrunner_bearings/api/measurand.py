@@ -115,16 +115,16 @@ class LimitMeasurand(Settings):
         """Return it in words: 'load-induced torque at the reversals of a swing under 1000 N'."""
         return str(self.kind) if self.load is None else f"{self.kind} under {self.load:g} N"
 
-    def objection(self, found: ResultMeasurand, loads_n: Iterable[float] = ()) -> str:
+    def objection(self, measurand: ResultMeasurand, loads_n: Iterable[float] = ()) -> str:
         """Return why this is not the torque that was found under those loads; '' if it is."""
         loads = sorted(loads_n)
-        fits = isinstance(found, MeasurandKind) and self._is_kind(found, loads)
+        fits = isinstance(measurand, MeasurandKind) and self._is_kind(measurand, loads)
         if fits and self.load is not None:
             tolerance_n = LOAD_TOLERANCE * self.load or UNLOADED_N
             fits = all(abs(load - self.load) <= tolerance_n for load in loads)
         if fits:
             return ""
-        return f"the limit is for the {self}, and the result is the {found}{_under(loads)}"
+        return f"the limit is for the {self}, and the result is the {measurand}{_under(loads)}"
 
     def as_written(self) -> dict[str, object]:
         """Return it as a file has it; read back, it is the same."""

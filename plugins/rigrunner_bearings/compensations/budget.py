@@ -69,11 +69,14 @@ class Budget:
     rig: Identified
     refiltered: Identified
     rescaled: Identified
-    support_nm: float
-    """That the load is known to add to the support's friction."""
 
-    def model(self, evaluation: Evaluation, between: Sequence[Effect]) -> MeasurementModel:
-        """Return the model of one point; `between` is what the two runs may still differ by."""
+    def model(
+        self, evaluation: Evaluation, between: Sequence[Effect], support_nm: float
+    ) -> MeasurementModel:
+        """Return the model of one point; `between` is what the two runs may still differ by.
+
+        `support_nm` is what the load is known to add to the support's friction.
+        """
         pair, line = evaluation.pair, self.rig.line
         corner, angle_limit = corner_hz(line.low_pass), self.described.angle_tolerance
         corner_limit = corner_hz(self.refiltered.line.low_pass) - corner
@@ -101,7 +104,7 @@ class Budget:
             bounded_effect("finite band", abs(unresolved)),
         )
         return model_of(
-            evaluation.torque_nm - self.support_nm,
+            evaluation.torque_nm - support_nm,
             effects,
             scales=(gain(self.instrument), load(self.described)),
             correlations={LEARNED: np.asarray(self.rig.covariance / np.outer(u, u))},

@@ -72,8 +72,10 @@ class ComparableRuns:
             for u_nm in self.hum_nm
         )
         return [
-            (*open_gains, *hum, *self._support(evaluation))
-            for open_gains, evaluation, hum in zip(gains, evaluations, hums, strict=True)
+            (*open_gains, *hum, *self._support(evaluation, share))
+            for open_gains, evaluation, hum, share in zip(
+                gains, evaluations, hums, self.support.at_points, strict=True
+            )
         ]
 
     def _gains(self, evaluations: Sequence[Evaluation]) -> list[tuple[Effect, ...]]:
@@ -115,15 +117,15 @@ class ComparableRuns:
             for row, slope in zip(parts, cause_slopes, strict=True)
         ]
 
-    def _support(self, evaluation: Evaluation) -> Iterator[Effect]:
+    def _support(self, evaluation: Evaluation, share: float) -> Iterator[Effect]:
         """Yield what dry friction that grew with the load adds: it builds up at the maximum.
 
         The way over which it does may have grown as well; what is taken out lies between the two.
         """
         longer, same = (_trial(evaluation, torque_nm) for torque_nm in self.rig.friction.grown)
-        yield self.support.effect(same)
-        if self.support.growth:
-            yield bounded_effect(SLIP, abs(self.support.growth * (longer - same) / 2))
+        yield self.support.effect(same, share)
+        if growth := self.support.growth * share:
+            yield bounded_effect(SLIP, abs(growth * (longer - same) / 2))
         if self.drift is not None:
             yield Effect(self.drift, -same)
 
@@ -141,7 +143,10 @@ def comparable_runs(
     pairs, hum_nm = without_hum(rig, pairs, points, settings.mains_frequency)
     support, (longer, same) = support_under_load(settings, sweep), rig.friction.grown
     grown = support.growth * (longer + same) / 2
-    pairs = [replace(pair, loaded=_minus(rig, pair.loaded, grown)) for pair in pairs]
+    pairs = [
+        replace(pair, loaded=_minus(rig, pair.loaded, share * grown))
+        for pair, share in zip(pairs, support.at_points, strict=True)
+    ]
     gains = recording_gains(rig, pairs, settings.inertia_mismatch)
     comparable = tuple(
         Pair(

@@ -33,6 +33,7 @@ if TYPE_CHECKING:
     from rigrunner.api import Array
     from rigrunner_bearings.api.compensations import CompensatedPoint, Sweep
     from rigrunner_bearings.api.points import SwingPoint
+    from rigrunner_bearings.compensations.limits import SupportGrowth
     from rigrunner_bearings.compensations.settings import EnergySettings
 
 MEASURAND = "load-induced running torque, mean over the swing"
@@ -56,7 +57,11 @@ class Energy:
         matched = pairs(sweep.loaded, sweep.no_load, self.settings.frequency_match)
         ratio = measured_ratio((*sweep.loaded, *sweep.no_load))
         dry_nm = _dry_nm(sweep.no_load, ratio)
-        results = [self._point(sweep, ratio, dry_nm, *pair) for pair in matched]
+        support = support_growth(self.settings, sweep)
+        results = [
+            self._point(sweep, ratio, *pair, dry_nm=dry_nm, support=support, share=share)
+            for share, pair in zip(support.at_points, matched, strict=True)
+        ]
         points = tuple(point for point, _ in results)
         scattered_nm = [[influences(run) for run in without_each] for _, without_each in results]
         energy_checks = (
@@ -66,11 +71,20 @@ class Energy:
         return Compensation(MEASURAND, points, checks=energy_checks, notes=NOTES)
 
     def _point(
-        self, sweep: Sweep, ratio: float, dry_nm: float, loaded: SwingPoint, no_load: SwingPoint
+        self,
+        sweep: Sweep,
+        ratio: float,
+        loaded: SwingPoint,
+        no_load: SwingPoint,
+        *,
+        dry_nm: float,
+        support: SupportGrowth,
+        share: float,
     ) -> tuple[CompensatedPoint, list[Array]]:
         """Return the point, and the torques of both runs without each of their cycles.
 
-        `dry_nm` is the dry part of the running torque without load.
+        `dry_nm` is the dry part of the running torque without load, `share` that of the support's
+        growth at this point.
         """
         swing = make_swing(ratio, loaded.torque_nm.shape[-1])
         runs = [mean_and_without_each(run.torque_nm, run.kept) for run in (loaded, no_load)]
@@ -78,8 +92,8 @@ class Energy:
         without_each = [running_torque(swing, replicates) for _, replicates in runs]
         readings = [float(np.abs(mean).max()) for mean in means]
         raw, unloaded = (float(running_torque(swing, mean)) for mean in means)
-        support = support_growth(self.settings, sweep)
-        rig, drift = unloaded + support.growth * dry_nm, support_drift(self.settings, sweep)
+        rig = unloaded + support.growth * share * dry_nm
+        drift = support_drift(self.settings, sweep)
         effects = (
             scattered("repeatability, loaded", *jackknife_error(without_each[0])),
             scattered("repeatability, no load", *jackknife_error(without_each[1])),
@@ -87,7 +101,7 @@ class Energy:
             # An offset does no work over a swing.
             Effect(stated(sweep.instrument, "offset", "sensor offset"), 0.0),
             *one_figure(sweep.instrument),
-            support.effect(dry_nm),
+            support.effect(dry_nm, share),
             *(() if drift is None else (Effect(drift, -dry_nm),)),
             *transducer_effects(sweep.instrument, raw - rig, readings, slow=0.0),
         )

@@ -113,10 +113,7 @@ class Inverse(ABC):
         wider = low_pass.scaled(1 + self.settings.low_pass_tolerance)
         refiltered = identify_again(sweep.no_load, swing, wider, rig)
         settings = settings_of_rig(self.settings, sweep.rig)
-        support_nm = support_under_load(settings, sweep).torque_nm
-        budget = Budget(
-            settings, sweep.instrument, sweep.rig, rig, refiltered, rescaled, support_nm
-        )
+        budget = Budget(settings, sweep.instrument, sweep.rig, rig, refiltered, rescaled)
         runs = comparable_runs(rig, sweep, self.templates(sweep, rig), settings)
         evaluations = [evaluate(rig, pair, settings.window) for pair in runs.pairs]
         loaded_line = line_under_load(sweep.loaded, rig)
@@ -127,8 +124,17 @@ class Inverse(ABC):
             loaded_line = replace(loaded_line, line=line)
         effects = runs.effects(evaluations)
         diagnosed_points = [
-            self._point(budget, loaded, evaluation, between, loaded_line)
-            for loaded, evaluation, between in zip(sweep.loaded, evaluations, effects, strict=True)
+            self._point(
+                budget,
+                loaded,
+                evaluation,
+                between,
+                support_nm=support_nm,
+                loaded_line=loaded_line,
+            )
+            for loaded, evaluation, between, support_nm in zip(
+                sweep.loaded, evaluations, effects, runs.support.torques_nm, strict=True
+            )
         ]
         points = tuple(point for point, _ in diagnosed_points)
         diagnoses = [diagnosis for _, diagnosis in diagnosed_points]
@@ -147,7 +153,7 @@ class Inverse(ABC):
         settings = settings_of_rig(self.settings, sweep.rig)
         runs = comparable_runs(rig, sweep, self.templates(sweep, rig), settings)
         torques_nm = [evaluate(rig, pair, settings.window).torque_nm for pair in runs.pairs]
-        return np.array(torques_nm) - runs.support.torque_nm
+        return np.array(torques_nm) - runs.support.torques_nm
 
     def perturbation(self, sweep: Sweep) -> RigErrors:
         """Return what puts the errors that the settings state into the sweep."""
@@ -165,6 +171,8 @@ class Inverse(ABC):
         loaded: SwingPoint,
         evaluation: Evaluation,
         between: Sequence[Effect],
+        *,
+        support_nm: float,
         loaded_line: LineUnderLoad | None,
     ) -> tuple[CompensatedPoint, _Diagnosis]:
         swing = budget.rig.friction.swing
@@ -172,7 +180,7 @@ class Inverse(ABC):
         forward, backward = evaluation.reversals.of_strokes(evaluation.bearing_nm)
         step = len(evaluation.bearing_nm) // len(loaded.angle_rad)
         point = compensated_point(
-            budget.model(evaluation, between),
+            budget.model(evaluation, between, support_nm),
             set_frequency_hz=loaded.set_frequency_hz,
             frequency_hz=evaluation.pair.loaded.frequency_hz,
             raw_nm=float(np.ptp(raw_nm) / 2),

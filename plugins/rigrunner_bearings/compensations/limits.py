@@ -11,6 +11,8 @@ from rigrunner.signal.inputs import limited
 from rigrunner_bearings.api.torque import DRIFT_LINE, SUPPORT_LINE
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from rigrunner_bearings.api.compensations import Sweep
     from rigrunner_bearings.api.rig import RigDescription
     from rigrunner_bearings.compensations.settings import InverseSettings, SupportSettings
@@ -42,20 +44,26 @@ is assumed to be 40 % of the whole.
 ROOM_K = 4.0
 """Largest difference of two runs, each within 23 °C ± 2 K (ISO 291, class 2); most likely 0."""
 
+SAME_LOAD = 1.02
+"""Loads whose readings differ by less, as a ratio, are one nominal load."""
+
 
 @dataclass(frozen=True)
 class SupportGrowth:
     """Growth of the support's friction under load: a share of it, or a measured torque.
 
-    The share is within `growth` ± `limit`. Both are 0 if the torque was measured.
+    Under the greatest load of a sweep the share is within `growth` ± `limit`. Both are 0 if the
+    torque was measured.
     """
 
     growth: float
     limit: float
+    at_points: tuple[float, ...]
+    """The growth at each loaded point, over that under the greatest load."""
     source: str = ""
     """Source of the value; '' if station or procedure state the value without a source."""
     measured: Estimate | None = None
-    """The torque that the load adds, at the place where the starting torque is read."""
+    """The torque that the greatest load adds, at the place where the starting torque is read."""
 
     @property
     def name(self) -> str:
@@ -63,17 +71,24 @@ class SupportGrowth:
         return f"{SUPPORT_LINE} ({self.source})" if self.source else SUPPORT_LINE
 
     @property
-    def torque_nm(self) -> float:
-        """The part subtracted from the result; a growth is subtracted from the waveforms."""
-        return 0.0 if self.measured is None else self.measured.value
+    def torques_nm(self) -> tuple[float, ...]:
+        """What is subtracted from the result of each point.
 
-    def effect(self, dry_nm: float) -> Effect:
-        """Return its effect on a result that contains a dry friction of `dry_nm`."""
+        A growth is subtracted from the waveforms.
+        """
+        torque_nm = 0.0 if self.measured is None else self.measured.value
+        return tuple(share * torque_nm for share in self.at_points)
+
+    def effect(self, dry_nm: float, share: float) -> Effect:
+        """Return its effect on a result that contains a dry friction of `dry_nm`.
+
+        `share` is that of `at_points`.
+        """
         if self.measured is None:
-            return Effect(limited(self.name, self.limit, "1", self.growth), -dry_nm)
+            return Effect(limited(self.name, self.limit, "1", self.growth), -dry_nm * share)
         torque = self.measured
         cause = Input(self.name, torque.value, torque.u, torque.dof, Distribution.T, common=True)
-        return Effect(cause, -1.0)
+        return Effect(cause, -share)
 
 
 def settings_of_rig(settings: InverseSettings, rig: RigDescription) -> InverseSettings:
@@ -88,18 +103,23 @@ def support_growth(settings: SupportSettings, sweep: Sweep) -> SupportGrowth:
 
     A growth stated for another load is scaled in proportion to the load.
     """
-    rig, load_n = sweep.rig, _load_n(sweep)
+    rig, loads_n = sweep.rig, _loads_n(sweep)
     if rig.support_load_dependence is not None:
-        share = load_n / rig.support_load if rig.support_load and load_n > 0 else 1.0
+        stated_n = rig.support_load
+        shares = [load_n / stated_n if stated_n and load_n > 0 else 1.0 for load_n in loads_n]
+        greatest, at_points = _greatest(shares)
         return SupportGrowth(
-            (rig.support_load_growth or 0.0) * share,
-            rig.support_load_dependence * share,
+            (rig.support_load_growth or 0.0) * greatest,
+            rig.support_load_dependence * greatest,
+            at_points,
             rig.support_load_source,
         )
     if settings.support_load_dependence is not None:
-        return SupportGrowth(settings.support_load_growth or 0.0, settings.support_load_dependence)
-    half = LITERATURE * max(1.0, load_n / REFERENCE_LOAD_N) / 2
-    return SupportGrowth(half, half, ASSUMED)
+        growth, at_points = settings.support_load_growth or 0.0, (1.0,) * len(loads_n)
+        return SupportGrowth(growth, settings.support_load_dependence, at_points)
+    greatest, at_points = _greatest([max(1.0, load_n / REFERENCE_LOAD_N) for load_n in loads_n])
+    half = LITERATURE * greatest / 2
+    return SupportGrowth(half, half, at_points, ASSUMED)
 
 
 def states_support(settings: SupportSettings, rig: RigDescription) -> bool:
@@ -132,14 +152,22 @@ def support_under_load(settings: SupportSettings, sweep: Sweep) -> SupportGrowth
     measured = sweep.rig.support_under_load
     if measured is None:
         return support_growth(settings, sweep)
-    share = _load_n(sweep) / measured.load
+    share, at_points = _greatest([load_n / measured.load for load_n in _loads_n(sweep)])
     dof = inf if measured.degrees_of_freedom is None else measured.degrees_of_freedom
     torque = Estimate(measured.torque * share, measured.u * share, dof)
-    return SupportGrowth(0.0, 0.0, measured.source, torque)
+    return SupportGrowth(0.0, 0.0, at_points, measured.source, torque)
 
 
-def _load_n(sweep: Sweep) -> float:
-    return max((point.load_n for point in sweep.loaded), default=0.0)
+def _loads_n(sweep: Sweep) -> list[float]:
+    """Return the load of each loaded point; points under one nominal load have the same."""
+    loads_n = [point.load_n for point in sweep.loaded]
+    return [max(other for other in loads_n if other <= SAME_LOAD * own) for own in loads_n]
+
+
+def _greatest(shares: Sequence[float]) -> tuple[float, tuple[float, ...]]:
+    """Return the greatest share, and each as a fraction of it."""
+    greatest = max(shares, default=1.0)
+    return greatest, tuple(share / greatest if greatest > 0 else 1.0 for share in shares)
 
 
 def load(rig: RigDescription) -> Input:

@@ -55,8 +55,11 @@ class RigErrors:
         assert low_pass is not None  # noqa: S101  (the rig was learned with it)
         filtered = low_pass.scaled(float(1 + self.settings.low_pass_tolerance * corner))
         instrument = sweep.instrument.model_copy(update={"low_pass": filtered})
-        growth = self.support.limit * friction + _drawn(self.drift, rng)
-        loaded = tuple(self._changed(point, growth) for point in sweep.loaded)
+        growth, drift = self.support.limit * friction, _drawn(self.drift, rng)
+        loaded = tuple(
+            self._changed(point, growth * share + drift)
+            for point, share in zip(sweep.loaded, self.support.at_points, strict=True)
+        )
         return replace(sweep, loaded=loaded, instrument=instrument)
 
     def _changed(self, point: PeakPoint, growth: float) -> PeakPoint:

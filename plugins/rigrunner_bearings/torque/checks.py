@@ -21,7 +21,7 @@ from rigrunner_bearings.torque.channels import torque_channel
 from rigrunner_bearings.torque.sampling import ENOUGH, samples_per_cycle
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Iterator
+    from collections.abc import Iterable, Iterator, Sequence
 
     from rigrunner.api import Recording, RunData
     from rigrunner.api.data import Samples
@@ -178,13 +178,15 @@ def zero_drift_check(run: RunData, no_load: RunData) -> Check:
 
 
 def friction_check(
-    torques_nm: Iterable[tuple[float, float]], load_n: float, swing_radius_m: float
+    torques_nm: Sequence[tuple[float, float]], loads_n: Sequence[float], swing_radius_m: float
 ) -> Check:
-    """Check mu = T / (F r) of the compensated torque at each set-point: frequency in Hz, torque."""
-    if load_n <= 0:
+    """Check mu = T / (F r) at each set-point: its frequency in Hz and torque, and its load."""
+    if min(loads_n) <= 0:
         return skipped(FRICTION.name, "the run has no load")
-    friction = ((f, torque / (load_n * swing_radius_m)) for f, torque in torques_nm)
-    return FRICTION.check((mu, f"{f:g} Hz μ = {mu:.4f}") for f, mu in friction)
+    return FRICTION.check(
+        (mu := torque / (load_n * swing_radius_m), f"{f:g} Hz μ = {mu:.4f}")
+        for (f, torque), load_n in zip(torques_nm, loads_n, strict=True)
+    )
 
 
 def positive_check(torques_nm: Iterable[tuple[float, float]]) -> Check:

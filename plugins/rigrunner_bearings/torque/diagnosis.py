@@ -87,7 +87,7 @@ def diagnose(
     yield positive_check(torques)
     radius = rig_of(prepared.run).swing_radius
     if radius is not None:
-        yield friction_check(torques, loaded[0].load_n, radius)
+        yield friction_check(torques, [point.load_n for point in loaded], radius)
 
 
 def _recording_checks(prepared: PreparedRuns, *, own_no_load: bool) -> Iterator[Check]:

@@ -38,9 +38,9 @@ class Running:
     def take(self, values: Array) -> None:
         """Add values, shape (n,), n at least 1."""
         n, mean = len(values), float(values.mean())
-        total, off = self.count + n, mean - self.mean
-        self.squares += float(((values - mean) ** 2).sum()) + off**2 * self.count * n / total
-        self.mean += off * n / total
+        total, shift = self.count + n, mean - self.mean
+        self.squares += float(((values - mean) ** 2).sum()) + shift**2 * self.count * n / total
+        self.mean += shift * n / total
         self.count = total
         self.least = min(self.least, float(values.min()))
         self.greatest = max(self.greatest, float(values.max()))
@@ -66,7 +66,7 @@ class LiveReadings:
     _at: dict[tuple[CoordinateValue, ...], tuple[Mapping[str, CoordinateValue], Running]] = field(
         default_factory=dict
     )
-    _now: Running | None = None
+    _running: Running | None = None
     _curve: list[tuple[float, float]] = field(default_factory=list)
     _every: int = 1
     _blocks: int = 0
@@ -76,29 +76,29 @@ class LiveReadings:
 
         A value relative to a partner run is known only when the analysis is complete.
         """
-        told, place = self.settings, place_of(recording)
-        names = [told.of, *([told.other] if told.other else [])]
-        self._now, self._curve, self._every, self._blocks = None, [], 1, 0
-        read = bool(recording.name) and told.table is None and told.compared is None
-        read = read and all(name in recording.channels for name in names)
-        if read and is_at(told.where, place) and all(name in place for name in told.per):
-            own = {name: place[name] for name in told.per}
-            _, self._now = self._at.setdefault(tuple(own.values()), (own, Running()))
+        settings, place = self.settings, place_of(recording)
+        names = [settings.of, *([settings.other] if settings.other else [])]
+        self._running, self._curve, self._every, self._blocks = None, [], 1, 0
+        selected = bool(recording.name) and settings.table is None and settings.compared is None
+        selected = selected and all(name in recording.channels for name in names)
+        if selected and is_at(settings.where, place) and place.keys() >= set(settings.per):
+            at = {name: place[name] for name in settings.per}
+            _, self._running = self._at.setdefault(tuple(at.values()), (at, Running()))
 
     def take(self, block: Block) -> tuple[()]:
         """Add the next block of the recording."""
-        if self._now is None or not block.samples:
+        if self._running is None or not block.samples:
             return ()
-        told = self.settings
-        values = np.asarray(block.channels[told.of], float)
-        if told.minus is not None:
-            values = values - block.channels[told.minus]
-        if told.divided_by is not None:
+        settings = self.settings
+        values = np.asarray(block.channels[settings.of], float)
+        if settings.minus is not None:
+            values = values - block.channels[settings.minus]
+        if settings.divided_by is not None:
             with np.errstate(divide="ignore", invalid="ignore"):  # what is not finite is not shown
-                values = values / block.channels[told.divided_by]
-        self._now.take(values)
+                values = values / block.channels[settings.divided_by]
+        self._running.take(values)
         end_s = (block.first_sample + block.samples) / block.rate_hz
-        shown = self._shown(self._now)
+        shown = self._shown(self._running)
         self._blocks += 1
         if self._blocks % self._every:
             return ()
@@ -112,15 +112,15 @@ class LiveReadings:
     def findings(self) -> Findings:
         """Return the present statistic at each place, and its curve over the recording."""
         (definition,) = self.settings.yields()
-        known = [(place, each, self._shown(each)) for place, each in self._at.values()]
+        values = [(place, running, self._shown(running)) for place, running in self._at.values()]
         results = tuple(
             MeasurementResult(
                 of=definition,
                 estimate=Estimate(value, nan, nan, definition.unit),
                 coordinates=place,
-                readings=each.count,
+                readings=running.count,
             )
-            for place, each, value in known
+            for place, running, value in values
             if np.isfinite(value)
         )
         points = tuple(Point(x, y) for x, y in self._curve)
@@ -134,7 +134,7 @@ class LiveReadings:
         return Findings(results=results, figures=(figure,) if points else ())
 
     def _shown(self, running: Running) -> float:
-        told = self.settings
-        stated = unit(told.result.unit)
-        value = running.statistic(told.statistic) if running.count else nan
-        return (value - (0.0 if told.is_difference else stated.offset)) / stated.factor
+        settings = self.settings
+        unit_ = unit(settings.result.unit)
+        value = running.statistic(settings.statistic) if running.count else nan
+        return (value - (0.0 if settings.is_difference else unit_.offset)) / unit_.factor

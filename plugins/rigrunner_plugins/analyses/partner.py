@@ -36,15 +36,15 @@ class Partner:
     per: tuple[str, ...]
     words: str
 
-    def at(self, group: Group) -> Group:
+    def group_at(self, group: Group) -> Group:
         """Return its values at the place of a group of the other run; raise DataError for none."""
-        for each in self.groups:
-            if all(_same(each.place[name], group.place[name]) for name in self.per):
-                return each
+        for candidate in self.groups:
+            if all(_is_same(candidate.place[name], group.place[name]) for name in self.per):
+                return candidate
         place = ", ".join(f"{name} = {group.place[name]}" for name in self.per)
         raise DataError(f"the {self.words}, {self.run.run_id}, has nothing at {place}")
 
-    def apart(self, run: RunData, group: Group) -> dict[str, str]:
+    def line_suffixes(self, run: RunData, group: Group) -> dict[str, str]:
         """Return the suffix for budget lines of a channel read by another instrument."""
         ours, theirs = run.instruments, self.run.instruments
         channels = {name: channel_of(name) for name in group.values}
@@ -65,7 +65,7 @@ def partner_problems(settings: ReadingsSettings, _: PlannedRun, partner: RunData
         return
     names = [settings.of, *([settings.other] if settings.other else [])]
     measured = parts(partner, names, settings.table)
-    places = [each.place for each in measured if is_at(compared.where, each.place)]
+    places = [part.place for part in measured if is_at(compared.where, part.place)]
     for name in settings.per:
         count = len({place[name].usual for place in places if name in place})
         if count > 1:
@@ -75,32 +75,32 @@ def partner_problems(settings: ReadingsSettings, _: PlannedRun, partner: RunData
             )
 
 
-def joined(
-    own: Sequence[Component], theirs: Sequence[Component], words: str
+def joint_budget(
+    lines: Sequence[Component], partner_lines: Sequence[Component], words: str
 ) -> Iterator[Component]:
     """Yield the lines of both budgets; lines of the same name become one.
 
-    `theirs` already have the sensitivities of the difference or quotient.
+    `partner_lines` already have the sensitivities of the difference or quotient.
     """
-    left = {each.name: each for each in theirs}
-    for line in own:
-        other = left.get(line.name)
+    remaining = {line.name: line for line in partner_lines}
+    for line in lines:
+        other = remaining.get(line.name)
         if other is not None and line.shared and other.shared and line.common and other.common:
-            yield _as_one(line, left.pop(line.name))
+            yield _merged(line, remaining.pop(line.name))
         else:
             yield line
-    for line in left.values():
+    for line in remaining.values():
         name = line.name if line.name.endswith(f", {words}") else f"{line.name}, {words}"
         yield replace(line, name=name)
 
 
-def _as_one(own: Component, other: Component) -> Component:
-    signed = own.sensitivity * own.input_u + other.sensitivity * other.input_u
-    sensitivity = signed / own.input_u if own.input_u else 0.0
-    return replace(own, u=abs(signed), sensitivity=sensitivity)
+def _merged(line: Component, other: Component) -> Component:
+    signed = line.sensitivity * line.input_u + other.sensitivity * other.input_u
+    sensitivity = signed / line.input_u if line.input_u else 0.0
+    return replace(line, u=abs(signed), sensitivity=sensitivity)
 
 
-def _same(one: CoordinateValue, other: CoordinateValue) -> bool:
+def _is_same(one: CoordinateValue, other: CoordinateValue) -> bool:
     first, second = one.usual, other.usual
     if isinstance(first.value, str) or isinstance(second.value, str):
         return first.value == second.value

@@ -21,7 +21,7 @@ from rigrunner.api.findings import MissingResult
 from rigrunner.api.member import channel_of
 from rigrunner.signal.coverage import excess_kurtosis
 from rigrunner.signal.uncertainty import combine
-from rigrunner_plugins.analyses.partner import Partner, joined
+from rigrunner_plugins.analyses.partner import Partner, joint_budget
 from rigrunner_plugins.analyses.settings import quotient, si_unit, unit_of_errors
 from rigrunner_plugins.analyses.sources import groups
 from rigrunner_plugins.analyses.statistics import (
@@ -41,7 +41,7 @@ if TYPE_CHECKING:
     from rigrunner_plugins.analyses.statistics import Statistic
 
 SPECIMEN = "specimen"
-"""The input that names what is tested."""
+"""The input that names the specimen."""
 SMALL = 1e-6
 """Share of an error used to find its effect; at this size every statistic is linear."""
 
@@ -59,75 +59,75 @@ class Readings:
 
     def __call__(self, run: RunData) -> Findings:
         """Return the statistic of each group, or why it has none; raise DataError for no groups."""
-        told = self.settings
-        names = [told.of, *([told.other] if told.other else [])]
-        found = groups(run, names, per=told.per, where=told.where, table=told.table)
-        compared = told.compared
+        settings = self.settings
+        names = [settings.of, *([settings.other] if settings.other else [])]
+        place_groups = groups(
+            run, names, per=settings.per, where=settings.where, table=settings.table
+        )
+        compared = settings.compared
         partner = None
         if compared is not None:
-            of = run.partners[compared.name]
-            partner = Partner(
-                of,
-                groups(of, names, per=compared.per or (), where=compared.where, table=told.table),
-                tuple(compared.per or ()),
-                partner_words(compared.name),
-            )
+            partner_run = run.partners[compared.name]
+            per, where = tuple(compared.per or ()), compared.where
+            partner_groups = groups(partner_run, names, per=per, where=where, table=settings.table)
+            partner = Partner(partner_run, partner_groups, per, partner_words(compared.name))
         notes = list(self._of_another_specimen(run))
-        single = [group for group in found if len(group.times_s) == 1]
-        statistic = self.settings.of.removeprefix(channel_of(self.settings.of))[1:]
-        extremes = self.settings.statistic in {"minimum", "maximum", "range"}
-        if single and statistic:
+        single_readings = [group for group in place_groups if len(group.times_s) == 1]
+        article = "each" if len(single_readings) == len(place_groups) else "a"
+        statistic = settings.of.removeprefix(channel_of(settings.of))[1:]
+        extremes = settings.statistic in {"minimum", "maximum", "range"}
+        if single_readings and statistic:
             notes.append(
-                f"{self.settings.result.name}: {'each' if len(single) == len(found) else 'a'} value"
+                f"{settings.result.name}: {article} value"
                 f" is the {_WORDS.get(statistic, statistic)} of a recording, of which no scatter is"
                 " kept: its uncertainty is the instrument's alone."
             )
-        elif single and self.settings.statistic == "mean":
+        elif single_readings and settings.statistic == "mean":
             notes.append(
-                f"{self.settings.result.name}: {'each' if len(single) == len(found) else 'a'} value"
+                f"{settings.result.name}: {article} value"
                 " is a single reading, which shows no scatter: its uncertainty is the"
                 " instrument's alone."
             )
         if extremes:
             notes.append(
-                f"{self.settings.result.name}: the {self.settings.statistic} is that of what was"
+                f"{settings.result.name}: the {settings.statistic} is that of what was"
                 " read; its uncertainty is the instrument's alone."
             )
-        at_places = [self._at(run, each, partner) for each in found]
-        results = tuple(each for each in at_places if isinstance(each, MeasurementResult))
-        if any(isnan(line.u) for each in results for line in each.components):
+        at_places = [self._evaluate(run, group, partner) for group in place_groups]
+        results = tuple(result for result in at_places if isinstance(result, MeasurementResult))
+        if any(isnan(line.u) for result in results for line in result.components):
             notes.append(
-                f"{self.settings.result.name}: there are too few readings, or recordings that"
+                f"{settings.result.name}: there are too few readings, or recordings that"
                 " agree, to know the uncertainty of a"
-                f" {self.settings.statistic.replace('_', ' ')}."
+                f" {settings.statistic.replace('_', ' ')}."
             )
         return Findings(
             results=results,
-            missing=tuple(each for each in at_places if isinstance(each, MissingResult)),
+            missing=tuple(result for result in at_places if isinstance(result, MissingResult)),
             notes=tuple(notes),
         )
 
     def _of_another_specimen(self, run: RunData) -> Iterator[str]:
-        """Yield a note if what is subtracted was measured of another specimen, as in a queue."""
+        """Yield a note if the subtracted run is of another specimen, as in a queue."""
         if self.settings.tare is None:
             return
         tare = run.partners[self.settings.tare.name]
-        ours, theirs = (each.inputs.get(SPECIMEN) for each in (run, tare))
-        if ours and theirs and ours != theirs:
+        specimen, tare_specimen = (a_run.inputs.get(SPECIMEN) for a_run in (run, tare))
+        if specimen and tare_specimen and specimen != tare_specimen:
             words = partner_words(self.settings.tare.name)
             yield (
                 f"{self.settings.result.name}: the {words}, {tare.run_id}, is of specimen"
-                f" {theirs}, and this run of {ours}."
+                f" {tare_specimen}, and this run of {specimen}."
             )
 
-    def _at(
+    def _evaluate(
         self, run: RunData, group: Group, partner: Partner | None
     ) -> MeasurementResult | MissingResult:
         (definition,) = self.settings.yields()
-        if why := self._undefined(group, partner):
+        if why := self._why_undefined(group, partner):
             return MissingResult(of=definition, coordinates=group.place, why=why)
         statistic, shown = self._statistic, unit(definition.unit)
-        value = statistic.value(group.series(self._combined(group)))
+        value = statistic.value(group.series(self._values(group)))
         si = "1" if self.settings.relative_to else self._si_unit(group)
         if unit(si).dimension != shown.dimension:
             raise DataError(
@@ -137,11 +137,11 @@ class Readings:
         if partner is None:
             components = tuple(self._components(run, group, 1 / shown.factor, shown.symbol))
         else:
-            value, components = self._compared(run, group, partner, value)
+            value, components = self._compare(run, group, partner, value)
         u, dof = combine(components)
-        if any(isnan(each.u) for each in components):
+        if any(isnan(line.u) for line in components):
             u, dof = float("nan"), float("nan")
-        kurtosis = excess_kurtosis(((each.u, each.distribution) for each in components), u)
+        kurtosis = excess_kurtosis(((line.u, line.distribution) for line in components), u)
         number = value if self.settings.is_difference else value - shown.offset
         estimate = Estimate(number / shown.factor, u, dof, shown.symbol, kurtosis)
         return MeasurementResult(
@@ -152,29 +152,29 @@ class Readings:
             readings=len(group.times_s),
         )
 
-    def _compared(
+    def _compare(
         self, run: RunData, group: Group, partner: Partner, value: float
     ) -> tuple[float, tuple[Component, ...]]:
         """Return the difference to the partner run, or the quotient, with both budgets."""
-        other = partner.at(group)
-        base = self._statistic.value(other.series(self._combined(other)))
+        other = partner.group_at(group)
+        base = self._statistic.value(other.series(self._values(other)))
         shown = unit(self.settings.result.unit)
-        own, theirs, compared = 1.0, -1.0, value - base
+        own_factor, partner_factor, comparison = 1.0, -1.0, value - base
         if self.settings.relative_to is not None:
-            own, theirs, compared = 1 / base, -value / base**2, value / base
-        lines = tuple(self._components(run, group, own / shown.factor, shown.symbol))
-        scale, apart = theirs / shown.factor, partner.apart(run, other)
+            own_factor, partner_factor, comparison = 1 / base, -value / base**2, value / base
+        lines = tuple(self._components(run, group, own_factor / shown.factor, shown.symbol))
+        scale, suffixes = partner_factor / shown.factor, partner.line_suffixes(run, other)
         of_partner = [
             line
             if line.common or not scale
-            else self._of_partner(line, partner, other, base, scale)
+            else self._partner_scatter(line, partner, other, base, scale)
             for line in self._components(
-                partner.run, other, scale, shown.symbol, apart, of_run=f", {partner.words}"
+                partner.run, other, scale, shown.symbol, suffixes, of_run=f", {partner.words}"
             )
         ]
-        return compared, tuple(joined(lines, of_partner, partner.words))
+        return comparison, tuple(joint_budget(lines, of_partner, partner.words))
 
-    def _of_partner(
+    def _partner_scatter(
         self, scatter: Component, partner: Partner, group: Group, base: float, scale: float
     ) -> Component:
         """Return the scatter of a value of the partner run: one error of all results that use it.
@@ -182,9 +182,9 @@ class Readings:
         These are all results, those with the coordinates that it is chosen by, or one at each
         place.
         """
-        at = ", ".join(f"{name} = {each}" for name, each in group.place.items())
+        at = ", ".join(f"{name} = {value}" for name, value in group.place.items())
         is_of_several = not partner.per or set(partner.per) != set(self.settings.per)
-        series = group.series(self._combined(group))
+        series = group.series(self._values(group))
         return replace(
             scatter,
             name=f"{scatter.name} of {self.settings.of}"
@@ -198,33 +198,33 @@ class Readings:
             sensitivity=scale,
         )
 
-    def _undefined(self, group: Group, partner: Partner | None) -> str:
+    def _why_undefined(self, group: Group, partner: Partner | None) -> str:
         """Return why the statistic has no value at a place; '' where it has one."""
-        told, measured = self.settings, [group]
+        settings, measured = self.settings, [group]
         if partner is not None:
-            measured.append(partner.at(group))
-        if told.statistic == "integral":
-            found = (why_no_integral(each.series(each.times_s)) for each in measured)
-            if why := next(filter(None, found), ""):
+            measured.append(partner.group_at(group))
+        if settings.statistic == "integral":
+            reasons = (why_no_integral(group.series(group.times_s)) for group in measured)
+            if why := next(filter(None, reasons), ""):
                 return why
-        below = told.divided_by
-        if below is not None and not all(each.values[below].all() for each in measured):
-            return f"{below} is 0, and nothing can be divided by it"
-        if partner is None or told.relative_to is None:
+        divisor = settings.divided_by
+        if divisor is not None and not all(group.values[divisor].all() for group in measured):
+            return f"{divisor} is 0, and nothing can be divided by it"
+        if partner is None or settings.relative_to is None:
             return ""
-        base = measured[-1].series(self._combined(measured[-1]))
+        base = measured[-1].series(self._values(measured[-1]))
         if self._statistic.value(base):
             return ""
         return f"the value of the {partner.words} is 0, and nothing can be divided by it"
 
     @property
     def _statistic(self) -> Statistic:
-        told = self.settings
-        if told.percent is not None:
-            return percentile(told.percent)
-        if told.within is not None:
-            return settling_time(told.within.si)
-        return STATISTICS[told.statistic]
+        settings = self.settings
+        if settings.percent is not None:
+            return percentile(settings.percent)
+        if settings.within is not None:
+            return settling_time(settings.within.si)
+        return STATISTICS[settings.statistic]
 
     def _si_unit(self, group: Group) -> str:
         value = group.units[self.settings.of]
@@ -233,16 +233,16 @@ class Readings:
         is_difference = self.settings.is_difference
         return si_unit(self.settings.statistic, value, is_difference=is_difference)
 
-    def _combined(self, group: Group, changed: str = "", by: Array | float = 0.0) -> Array:
+    def _values(self, group: Group, channel: str = "", shift: Array | float = 0.0) -> Array:
         """Return the values for the statistic, with those of one channel replaced."""
-        values = {name: each + (by if name == changed else 0.0) for name, each in
+        values = {name: array + (shift if name == channel else 0.0) for name, array in
                   group.values.items()}  # fmt: skip
-        of = values[self.settings.of]
+        values_of = values[self.settings.of]
         if self.settings.minus is not None:
-            return of - values[self.settings.minus]
+            return values_of - values[self.settings.minus]
         if self.settings.divided_by is not None:
-            return of / values[self.settings.divided_by]
-        return of
+            return values_of / values[self.settings.divided_by]
+        return values_of
 
     def _components(
         self,
@@ -250,15 +250,15 @@ class Readings:
         group: Group,
         scale: float,
         symbol: str,
-        apart: Mapping[str, str] = MappingProxyType({}),
+        suffixes: Mapping[str, str] = MappingProxyType({}),
         *,
         of_run: str = "",
     ) -> Iterator[Component]:
         """Yield the budget lines of a group, scaled.
 
-        `apart` is appended to those of a channel, and `of_run` to those that no other run has.
+        `suffixes` are appended to those of a channel, and `of_run` to those that no other run has.
         """
-        series = group.series(self._combined(group))
+        series = group.series(self._values(group))
         scatter = self._statistic.scatter(series)
         if scatter is not None:
             u, dof = scatter
@@ -276,17 +276,17 @@ class Readings:
         for channel, values in group.values.items():
             for error in run.reading_errors(channel, float(np.abs(values).max())):
                 name = f"{error.name} ({error.source})" if error.source else error.name
-                name += apart.get(channel, "")
+                name += suffixes.get(channel, "")
                 if error.acts == "each" and self.settings.statistic == "range":
                     # two errors, not a larger one: their sum has another shape, and another k
-                    for which in ("highest", "lowest"):
-                        of_one = f"{name}, {which} value"
-                        yield self._component(error, of_one, channel, group, scale)
+                    for end in ("highest", "lowest"):
+                        line_name = f"{name}, {end} value"
+                        yield self._component(error, line_name, channel, group, scale)
                 else:
                     yield self._component(error, name, channel, group, scale)
-            for error, having in group.zero_errors(run, channel):
+            for error, affected in group.zero_errors(run, channel):
                 name = error.name + of_run
-                yield self._component(error, name, channel, group, scale, having=having)
+                yield self._component(error, name, channel, group, scale, affected=affected)
 
     def _component(
         self,
@@ -296,9 +296,9 @@ class Readings:
         group: Group,
         scale: float,
         *,
-        having: Array | float = 1.0,
+        affected: Array | float = 1.0,
     ) -> Component:
-        effect = self._effect(error, channel, group, having) * scale
+        effect = self._effect(error, channel, group, affected) * scale
         return Component(
             name=name,
             u=abs(effect) * error.u,
@@ -313,26 +313,26 @@ class Readings:
         )
 
     def _effect(
-        self, error: ReadingError, channel: str, group: Group, having: Array | float
+        self, error: ReadingError, channel: str, group: Group, affected: Array | float
     ) -> float:
         """Return the change of the statistic caused by an error, per unit of its size.
 
-        `having` is 1 for the values that have it, and 0 for others.
+        `affected` is 1 for the values that have it, and 0 for others.
         """
-        at_rest = self._combined(group)
+        unchanged = self._values(group)
         value = self._statistic.value
         if error.acts == "each":
             step = SMALL * (float(np.abs(group.values[channel]).max()) or 1.0)
-            slopes = np.abs(self._combined(group, channel, step) - at_rest) / step
+            slopes = np.abs(self._values(group, channel, step) - unchanged) / step
             slopes *= 2 if channel.endswith(_SPREAD) else 1  # of the highest and the lowest sample
-            return self._statistic.bound(group.series(at_rest), slopes)
+            return self._statistic.bound(group.series(unchanged), slopes)
         if self.settings.statistic == "settling_time":
             return 0.0
         if error.acts == "offset" and channel.endswith(_SPREAD):
             return 0.0
         if error.acts == "gain" and len(group.values) == 1:
-            return value(group.series(at_rest))  # in proportion, whatever the statistic
-        size = group.values[channel] if error.acts == "gain" else np.ones(len(at_rest)) * having
-        step = SMALL if error.acts == "gain" else SMALL * (float(np.abs(at_rest).max()) or 1.0)
-        moved = self._combined(group, channel, step * size)
-        return (value(group.series(moved)) - value(group.series(at_rest))) / step
+            return value(group.series(unchanged))  # in proportion, whatever the statistic
+        size = group.values[channel] if error.acts == "gain" else np.ones(len(unchanged)) * affected
+        step = SMALL if error.acts == "gain" else SMALL * (float(np.abs(unchanged).max()) or 1.0)
+        moved = self._values(group, channel, step * size)
+        return (value(group.series(moved)) - value(group.series(unchanged))) / step

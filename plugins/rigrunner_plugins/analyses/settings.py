@@ -176,10 +176,10 @@ class ReadingsSettings(Settings):
         if self.minus is not None and self.divided_by is not None:
             raise ValueError("one of 'minus' and 'divided_by' is allowed, not both")
         for key, statistic in (("percent", "percentile"), ("within", "settling_time")):
-            given = getattr(self, key) is not None
-            if given and self.statistic != statistic:
+            is_given = getattr(self, key) is not None
+            if is_given and self.statistic != statistic:
                 raise ValueError(f"'{key}' belongs to the statistic {statistic}")
-            if not given and self.statistic == statistic:
+            if not is_given and self.statistic == statistic:
                 raise ValueError(f"the statistic {statistic} needs the key '{key}'")
         return self
 
@@ -206,10 +206,10 @@ class ReadingsSettings(Settings):
 
     def requires(self) -> Requirements:
         """Return the channels that it reads."""
-        named = (("of", self.of), ("minus", self.minus), ("divided_by", self.divided_by))
+        keys = (("of", self.of), ("minus", self.minus), ("divided_by", self.divided_by))
         channels = tuple(
             NeededChannel(name=name, key=(key,), enters=(self.result.name,))
-            for key, name in named
+            for key, name in keys
             if name is not None
         )
         partners: tuple[NeededRun, ...] = ()
@@ -223,9 +223,9 @@ class ReadingsSettings(Settings):
 
     def objections(self, units: Mapping[str, str]) -> Iterator[Objection]:
         """Yield an error for each setting that does not fit the units of the channels."""
-        unlike = list(self._unlike_channels(units))
-        if unlike:
-            yield from unlike
+        objections = list(self._unlike_channels(units))
+        if objections:
+            yield from objections
             return
         value = units[self.of]
         if self.divided_by is not None:
@@ -234,11 +234,11 @@ class ReadingsSettings(Settings):
             except QuantityError as error:
                 yield ("divided_by",), error.message, error.hint
                 return
-        wanted = of_difference(unit(value).dimension)
-        if self.within is not None and self.within.dimension != wanted:
+        dimension = of_difference(unit(value).dimension)
+        if self.within is not None and self.within.dimension != dimension:
             message = (
                 f"got '{self.within}', {with_article(self.within.dimension)}; expected"
-                f" {with_article(wanted)}"
+                f" {with_article(dimension)}"
             )
             yield ("within",), message, ""
         try:
@@ -249,10 +249,10 @@ class ReadingsSettings(Settings):
         si = "1" if self.relative_to else si
         result = unit(self.result.unit)
         if result.dimension != unit(si).dimension:
-            is_a = f"the {self.statistic} is {with_article(unit(si).dimension)}"
+            got = f"the {self.statistic} is {with_article(unit(si).dimension)}"
             if self.relative_to is not None:
-                is_a = f"a quotient of two runs is {with_article(unit(si).dimension)}"
-            message = f"got '{self.result.unit}', {with_article(result.dimension)}; {is_a}"
+                got = f"a quotient of two runs is {with_article(unit(si).dimension)}"
+            message = f"got '{self.result.unit}', {with_article(result.dimension)}; {got}"
             hint = f"write a unit such as {unit(si).symbol}"
             if self.statistic == "slope":
                 hint += "; a slope over a channel or set-point is a result of the analysis 'curve'"
@@ -269,19 +269,21 @@ class ReadingsSettings(Settings):
 
         A level on a scale, such as -10 dBm, is a logarithm: it has no quotient and no mean square.
         """
-        of = unit(units[self.of]).dimension
+        kind = unit(units[self.of]).dimension
         if self.minus is not None:
             other = unit(units[self.minus]).dimension
-            if other != of:
-                message = f"{self.minus} is {with_article(other)}, and {self.of} {with_article(of)}"
+            if other != kind:
+                message = (
+                    f"{self.minus} is {with_article(other)}, and {self.of} {with_article(kind)}"
+                )
                 yield ("minus",), message, "subtract quantities of one kind"
             return
-        if self.statistic == "integral" and not self.divided_by and of in _POINTS_ON_A_SCALE:
-            message = f"the integral of {with_article(of)} depends on the zero of its scale"
+        if self.statistic == "integral" and not self.divided_by and kind in _POINTS_ON_A_SCALE:
+            message = f"the integral of {with_article(kind)} depends on the zero of its scale"
             yield ("statistic",), message, "subtract another channel with 'minus'"
             return
-        named = [self.of, *([self.divided_by] if self.divided_by else [])]
-        kinds = {name: unit(units[name]).dimension for name in named}
+        names = [self.of, *([self.divided_by] if self.divided_by else [])]
+        kinds = {name: unit(units[name]).dimension for name in names}
         for name, kind in kinds.items():
             if of_difference(kind) == kind:
                 continue
@@ -318,15 +320,15 @@ def quotient(above: str, below: str) -> str:
         return "1"
     if below == "1":
         return above
-    composed = f"({below})" if {"·", "/"} & set(below) else below
+    divisor = f"({below})" if {"·", "/"} & set(below) else below
     if "/" in above or "/" in below:  # m/s over s: one quotient of products
         over, _, under = above.partition("/")
         below_over, _, below_under = below.partition("/")
-        numerator = "·".join(each for each in (over.strip("()"), below_under.strip("()")) if each)
-        denominator = "·".join(each for each in (under.strip("()"), below_over.strip("()")) if each)
+        numerator = "·".join(filter(None, (over.strip("()"), below_under.strip("()"))))
+        denominator = "·".join(filter(None, (under.strip("()"), below_over.strip("()"))))
         return unit(f"{numerator}/({denominator})" if "·" in denominator
                     else f"{numerator}/{denominator}").symbol  # fmt: skip
-    return unit(f"{above}/{composed}").symbol
+    return unit(f"{above}/{divisor}").symbol
 
 
 def si_unit(statistic: str, value: str, *, is_difference: bool = False) -> str:
@@ -336,7 +338,7 @@ def si_unit(statistic: str, value: str, *, is_difference: bool = False) -> str:
     if statistic == "slope":
         return quotient(value, "s")
     if statistic == "integral":
-        own, of_time = exponents_of(unit(value).dimension), exponents_of("time")
-        return si_symbol(kind_of(tuple(a + b for a, b in zip(own, of_time, strict=True))))
+        exponents = zip(exponents_of(unit(value).dimension), exponents_of("time"), strict=True)
+        return si_symbol(kind_of(tuple(a + b for a, b in exponents)))
     assert is_coherent(unit(value)), value  # noqa: S101  (values are in SI units)
     return unit_of_errors(value) if is_difference else value

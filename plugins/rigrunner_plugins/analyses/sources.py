@@ -99,34 +99,35 @@ def groups(
     measured = list(parts(run, names, table))
     chosen = [part for part in measured if is_at(where or {}, part.place)]
     if not chosen:
-        there = ", ".join(f"{name} = {value}" for name, value in (where or {}).items())
+        condition = ", ".join(f"{name} = {value}" for name, value in (where or {}).items())
         raise DataError(
             f"{' and '.join(names)} {'were' if names[1:] else 'was'} not measured"
-            f"{f' at {there}' if measured and there else ''}",
+            f"{f' at {condition}' if measured and condition else ''}",
             hint="measure or record it in the procedure, at one step together",
         )
-    found: dict[tuple[object, ...], list[Part]] = {}
+    parts_by_place: dict[tuple[object, ...], list[Part]] = {}
     for part in chosen:
         # As values, a set-point counts once for each sample, or of a row once.
-        count = max((len(each) for each in part.values.values()), default=1)
+        count = max((len(values_) for values_ in part.values.values()), default=1)
         set_ = {name: np.full(count, set_value(part, name)) for name in set_points}
         units = {name: set_unit(part, name) for name in set_points}
-        here = replace(part, values={**part.values, **set_}, units={**part.units, **units})
-        found.setdefault(tuple(each.usual for each in _place_by(part, per)), []).append(here)
+        extended = replace(part, values={**part.values, **set_}, units={**part.units, **units})
+        key = tuple(coordinate.usual for coordinate in _place_by(part, per))
+        parts_by_place.setdefault(key, []).append(extended)
     return [
-        _group(dict(zip(per, _place_by(each[0], per), strict=True)), each, set_points)
-        for each in found.values()
+        _group(dict(zip(per, _place_by(place_parts[0], per), strict=True)), place_parts, set_points)
+        for place_parts in parts_by_place.values()
     ]
 
 
 def is_read(run: RunData, name: str, beside: str = "") -> bool:
     """Return whether a channel was read in a run, together with another if one is named."""
-    wanted = {name, beside or name}
+    names = {name, beside or name}
     return any(
-        wanted <= found.keys()
-        for found in (
-            *(each.channels for each in run.recordings),
-            *(each.values for each in run.measurements),
+        names <= read.keys()
+        for read in (
+            *(recording.channels for recording in run.recordings),
+            *(row.values for row in run.measurements),
         )
     )
 
@@ -134,18 +135,18 @@ def is_read(run: RunData, name: str, beside: str = "") -> bool:
 def coordinate_of(part: Part, name: str) -> CoordinateValue:
     """Return a set-point, counter or label at which a part was measured; raise DataError."""
     if name not in part.place:
-        known = ", ".join(part.place) or "none"
-        raise DataError(f"'{name}' was neither measured with it nor set; known: {known}")
+        names = ", ".join(part.place) or "none"
+        raise DataError(f"'{name}' was neither measured with it nor set; known: {names}")
     return part.place[name]
 
 
 def set_value(part: Part, name: str) -> float:
     """Return a set-point or counter in its SI unit; raise DataError for a text."""
-    given = coordinate_of(part, name)
-    if isinstance(given.value, str):
-        raise DataError(f"'{name}' is the text '{given.value}', and a number is needed")
-    known = unit(given.unit or "1")
-    return given.value * known.factor + known.offset
+    coordinate = coordinate_of(part, name)
+    if isinstance(coordinate.value, str):
+        raise DataError(f"'{name}' is the text '{coordinate.value}', and a number is needed")
+    unit_ = unit(coordinate.unit or "1")
+    return coordinate.value * unit_.factor + unit_.offset
 
 
 def set_unit(part: Part, name: str) -> str:
@@ -156,8 +157,8 @@ def set_unit(part: Part, name: str) -> str:
 def _place_by(part: Part, per: Iterable[str]) -> Iterator[CoordinateValue]:
     for name in per:
         if name not in part.place:
-            known = ", ".join(part.place) or "none"
-            raise DataError(f"'{name}' does not distinguish values: it was not set; known: {known}")
+            names = ", ".join(part.place) or "none"
+            raise DataError(f"'{name}' does not distinguish values: it was not set; known: {names}")
         yield part.place[name]
 
 
@@ -166,8 +167,8 @@ def _group(
 ) -> Group:
     names = parts[0].values
     values = {name: np.concatenate([part.values[name] for part in parts]) for name in names}
-    for name, each in values.items():
-        if not np.isfinite(each).all():
+    for name, channel_values in values.items():
+        if not np.isfinite(channel_values).all():
             raise DataError(f"{name}: a value is not a finite number")
     first = parts[0].began
     count = {id(part): len(next(iter(part.values.values()))) for part in parts}
@@ -205,7 +206,7 @@ def parts(run: RunData, names: Sequence[str], table: str | None = None) -> Itera
     recordings = [each for each in run.recordings if all(name in each.channels for name in names)]
     if table is None and recordings:
         for recording in recordings:
-            yield _of_recording(recording, run, names)
+            yield _part_of_recording(recording, run, names)
         return
     for row in run.measurements:
         if table not in {None, row.name}:
@@ -214,14 +215,14 @@ def parts(run: RunData, names: Sequence[str], table: str | None = None) -> Itera
         if row.recording and all(name == channel_of(name) for name in names):
             continue
         if all(name in row.values for name in names):
-            zeros = {name: _zero(name, row, run) for name in names if _follows(name)}
+            zeros = {name: _zero(name, row, run) for name in names if _is_zeroed(name)}
             values = {name: np.array([_reading(name, row, run, zeros)]) for name in names}
             began = datetime.fromisoformat(row.utc)
             place, shown = place_of(row), row.written_in
             yield Part(place, values, row.units, began, 0.0, shown, row.coordinates, zeros)
 
 
-def _follows(name: str) -> bool:
+def _is_zeroed(name: str) -> bool:
     """Return whether a zero is subtracted from a value: not from a spread or a root mean square."""
     return name.removeprefix(channel_of(name)) in {"", ".mean", ".minimum", ".maximum"}
 
@@ -239,7 +240,7 @@ def _reading(name: str, row: Measurement, run: RunData, zeros: Mapping[str, floa
     return float(run.readings(channel_of(name), np.array([value]), zeros[name])[0])
 
 
-def _of_recording(recording: Recording, run: RunData, names: Sequence[str]) -> Part:
+def _part_of_recording(recording: Recording, run: RunData, names: Sequence[str]) -> Part:
     zeros = {name: run.zero(recording.name, name) for name in names}
     values = {
         name: run.readings(name, np.asarray(recording.channels[name]), zeros[name])

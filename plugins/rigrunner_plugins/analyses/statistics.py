@@ -81,9 +81,11 @@ def mean_scatter(series: Series) -> Scatter | None:
     if series.in_a_row:
         return _between_recordings(series) or mean_error(series.from_first)
     levels = [
-        _between([series.from_first[np.equal(each, one)] for one in set(each)], _error_of_rows)
-        for each in series.labels
-        if len(set(each)) >= LEAST_LEVELS
+        _between(
+            [series.from_first[np.equal(label, level)] for level in set(label)], _error_of_rows
+        )
+        for label in series.labels
+        if len(set(label)) >= LEAST_LEVELS
     ]
     return max([_error_of_rows(series.from_first), *filter(None, levels)])
 
@@ -93,27 +95,27 @@ def _error_of_rows(values: Array) -> Scatter:
     return float(values.std(ddof=1)) / sqrt(n), n - 1.0
 
 
-def correlation_of_means(several: Sequence[Series]) -> Array:
+def correlation_of_means(series: Sequence[Series]) -> Array:
     """Return the correlation of the means of n series that were read together, shape (n, n).
 
     Of single readings it is that of the readings (GUM 5.2.3). Samples may be correlated at once and
     not over longer times, or the reverse: of recordings it is
     (u^2(a + b) - u^2(a - b))/(u^2(a + b) + u^2(a - b)), with a and b in units of their u.
     """
-    if not several[0].in_a_row:
-        return np.corrcoef([each.values for each in several])
-    found = np.eye(len(several))
-    scaled = [each.from_first / (mean_scatter(each) or (1.0,))[0] for each in several]
-    for i, j in combinations(range(len(several)), 2):
-        both, apart = (
-            mean_scatter(replace(several[i], values=scaled[i] + sign * scaled[j]))
+    if not series[0].in_a_row:
+        return np.corrcoef([one.values for one in series])
+    r = np.eye(len(series))
+    scaled = [one.from_first / (mean_scatter(one) or (1.0,))[0] for one in series]
+    for i, j in combinations(range(len(series)), 2):
+        sum_scatter, difference_scatter = (
+            mean_scatter(replace(series[i], values=scaled[i] + sign * scaled[j]))
             for sign in (1, -1)
         )
-        if both and apart:
-            sum_, difference = both[0] ** 2, apart[0] ** 2
-            found[i, j] = found[j, i] = (sum_ - difference) / (sum_ + difference)
-    lowest = float(np.linalg.eigvalsh(found)[0])  # pair by pair they need not fit together
-    return (found - lowest * np.eye(len(found))) / (1 - lowest) if lowest < 0 else found
+        if sum_scatter and difference_scatter:
+            sum_, difference = sum_scatter[0] ** 2, difference_scatter[0] ** 2
+            r[i, j] = r[j, i] = (sum_ - difference) / (sum_ + difference)
+    lowest = float(np.linalg.eigvalsh(r)[0])  # pair by pair they need not fit together
+    return (r - lowest * np.eye(len(r))) / (1 - lowest) if lowest < 0 else r
 
 
 def _between_recordings(series: Series) -> Scatter | None:
@@ -130,9 +132,9 @@ def _between(parts: Sequence[Array], error: Callable[[Array], Scatter]) -> Scatt
     """
     if len(parts) < 2 or min(map(len, parts)) < 2:  # noqa: PLR2004  (of one there is no scatter)
         return None
-    shares = np.array([len(each) for each in parts]) / sum(map(len, parts))
-    means = np.array([each.mean() for each in parts])
-    u_within, dof_within = np.array([error(each) for each in parts]).T
+    shares = np.array([len(part) for part in parts]) / sum(map(len, parts))
+    means = np.array([part.mean() for part in parts])
+    u_within, dof_within = np.array([error(part) for part in parts]).T
     count = len(parts)
     between = float(np.sum((shares * (means - shares @ means)) ** 2)) * count / (count - 1)
     variances = (shares * u_within) ** 2
@@ -140,12 +142,12 @@ def _between(parts: Sequence[Array], error: Callable[[Array], Scatter]) -> Scatt
     if within == 0:
         return (sqrt(between), count - 1.0) if between else None
     dof = within**2 / float(np.sum(variances**2 / dof_within))
-    apart = scipy.special.fdtrc(count - 1, dof, between / within) < _BY_CHANCE
-    return (sqrt(between), count - 1.0) if apart else None
+    differ = scipy.special.fdtrc(count - 1, dof, between / within) < _BY_CHANCE
+    return (sqrt(between), count - 1.0) if differ else None
 
 
-def _independent(series: Series) -> float:
-    """Return how many values tell as much; of recordings that differ in level: their number."""
+def _independent_count(series: Series) -> float:
+    """Return the effective number of values; of recordings that differ in level: their number."""
     if not series.in_a_row:
         return float(len(series.values))
     if _between_recordings(series):
@@ -160,8 +162,8 @@ def _rms(series: Series) -> float:
 def _rms_scatter(series: Series) -> Scatter | None:
     """Return the scatter of the mean square, propagated: d rms = d(mean square)/(2 rms)."""
     squares = replace(series, values=series.values**2)
-    found, rms = mean_scatter(squares), _rms(series)
-    return None if found is None or rms == 0 else (found[0] / (2 * rms), found[1])
+    scatter, rms = mean_scatter(squares), _rms(series)
+    return None if scatter is None or rms == 0 else (scatter[0] / (2 * rms), scatter[1])
 
 
 def _deviation(series: Series) -> float:
@@ -172,7 +174,7 @@ def _deviation(series: Series) -> float:
 
 def _deviation_scatter(series: Series) -> Scatter | None:
     """Return s/sqrt(2 (n - 1)) for normal values (GUM E.4.3)."""
-    dof = _independent(series) - 1
+    dof = _independent_count(series) - 1
     return (_deviation(series) / sqrt(2 * dof), dof) if dof > 0 else None
 
 
@@ -186,7 +188,7 @@ def percentile(share: float) -> Statistic:
         Statistics, 3rd edition, 7.1): a share is below the largest of n by chance p^n. U is the
         greater distance of an end from the value.
         """
-        n = _independent(series)
+        n = _independent_count(series)
         if n < 2:  # noqa: PLR2004  (of one there is no scatter)
             return None
         if max(share, 1 - share) ** n > _TAIL:
@@ -243,10 +245,10 @@ def _slope_scatter(series: Series) -> Scatter | None:
     slope = float(weights @ series.from_first)
     line = series.from_first.mean() + slope * (series.times_s - series.times_s.mean())
     residuals = series.from_first - line
-    used = effective_number(residuals) if series.in_a_row else float(n)
-    dof = max(used - 2, 1.0)
-    spread = sqrt(float(residuals @ residuals) / n * used / dof)
-    return spread * sqrt(float(weights @ weights) * n / used), dof
+    independent = effective_number(residuals) if series.in_a_row else float(n)
+    dof = max(independent - 2, 1.0)
+    spread = sqrt(float(residuals @ residuals) / n * independent / dof)
+    return spread * sqrt(float(weights @ weights) * n / independent), dof
 
 
 def _levels_about_a_line(series: Series, weights: Array) -> Scatter | None:
@@ -264,16 +266,17 @@ def _levels_about_a_line(series: Series, weights: Array) -> Scatter | None:
         return None
     if count == 2:  # noqa: PLR2004  (a line goes through two)
         return nan, 1.0
-    own = np.repeat(np.arange(count), sizes)
+    recording = np.repeat(np.arange(count), sizes)
 
-    def means(of: Array) -> Array:
-        return np.asarray(np.bincount(own, of) / sizes)
+    def means(values: Array) -> Array:
+        return np.asarray(np.bincount(recording, values) / sizes)
 
     times = series.times_s - series.times_s.mean()
     line = float(weights @ series.from_first) * times
     residuals = series.from_first - series.from_first.mean() - line
-    apart, within = times - means(times)[own], series.from_first - means(series.from_first)[own]
-    within = within - float(apart @ within) / float(apart @ apart) * apart
+    centred = times - means(times)[recording]
+    within = series.from_first - means(series.from_first)[recording]
+    within = within - float(centred @ within) / float(centred @ centred) * centred
     number = effective_number(within)
     dof = number - count - 1
     if dof <= 0:
@@ -286,9 +289,9 @@ def _levels_about_a_line(series: Series, weights: Array) -> Scatter | None:
         and scipy.special.fdtrc(count - 1, dof, explained / (variance * inflation)) >= _BY_CHANCE
     ):
         return None
-    pull = np.bincount(own, weights)
-    moved = np.eye(count) - sizes / len(within) - np.outer(means(times), pull)
-    levels = float(np.sum(means(residuals) ** 2)) / float(np.sum(moved**2))
+    pull = np.bincount(recording, weights)
+    projection = np.eye(count) - sizes / len(within) - np.outer(means(times), pull)
+    levels = float(np.sum(means(residuals) ** 2)) / float(np.sum(projection**2))
     noise = variance * inflation * float(weights @ weights)
     return sqrt(levels * float(pull @ pull) + noise), count - 2.0
 
@@ -302,9 +305,9 @@ def why_no_integral(series: Series) -> str:
     steps = np.diff(np.sort(series.times_s))
     if not len(steps):
         return "one value has no integral over time"
-    near = np.maximum(np.append(steps[1:], 0.0), np.append(0.0, steps[:-1]))
-    longest = int(np.argmax(np.where(near > 0, steps / np.maximum(near, 1e-300), 0.0)))
-    if not 0 < LONG * near[longest] < steps[longest]:
+    neighbours = np.maximum(np.append(steps[1:], 0.0), np.append(0.0, steps[:-1]))
+    longest = int(np.argmax(np.where(neighbours > 0, steps / np.maximum(neighbours, 1e-300), 0.0)))
+    if not 0 < LONG * neighbours[longest] < steps[longest]:
         return ""
     return (
         f"nothing was read for {steps[longest]:.3g} s, over {LONG} times as long as before and"
@@ -333,19 +336,19 @@ def _integral_scatter(series: Series) -> Scatter | None:
     times, values = series.times_s[order], series.from_first[order]
     if len(values) < LEAST_FOR_SLOPE:
         return None
-    whole = times[2:] - times[:-2]
-    after = np.divide(times[1:-1] - times[:-2], whole, out=np.zeros(len(whole)), where=whole > 0)
-    off = values[1:-1] - (1 - after) * values[:-2] - after * values[2:]
-    variance = float(np.mean(off**2 / (1 + (1 - after) ** 2 + after**2)))
+    width = times[2:] - times[:-2]
+    later = np.divide(times[1:-1] - times[:-2], width, out=np.zeros(len(width)), where=width > 0)
+    deviations = values[1:-1] - (1 - later) * values[:-2] - later * values[2:]
+    variance = float(np.mean(deviations**2 / (1 + (1 - later) ** 2 + later**2)))
     weights = _trapezoids(series)
-    return sqrt(variance * float(weights @ weights)), max(18 / 35 * len(off), 1.0)
+    return sqrt(variance * float(weights @ weights)), max(18 / 35 * len(deviations), 1.0)
 
 
 def _greatest(_: Series, errors: Array) -> float:
     return float(errors.max())
 
 
-def _none(_: Series) -> None:
+def _no_scatter(_: Series) -> None:
     return None
 
 
@@ -355,9 +358,9 @@ STATISTICS = {
         mean_scatter,
         lambda _, errors: float(errors.mean()),
     ),
-    "minimum": Statistic(lambda series: float(series.values.min()), _none, _greatest),
-    "maximum": Statistic(lambda series: float(series.values.max()), _none, _greatest),
-    "range": Statistic(lambda series: float(np.ptp(series.values)), _none, _greatest),
+    "minimum": Statistic(lambda series: float(series.values.min()), _no_scatter, _greatest),
+    "maximum": Statistic(lambda series: float(series.values.max()), _no_scatter, _greatest),
+    "range": Statistic(lambda series: float(np.ptp(series.values)), _no_scatter, _greatest),
     "rms": Statistic(_rms, _rms_scatter, _greatest),
     "standard_deviation": Statistic(_deviation, _deviation_scatter, _greatest),
     "slope": Statistic(

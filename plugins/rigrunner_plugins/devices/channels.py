@@ -15,17 +15,17 @@ if TYPE_CHECKING:
 _Info = TypeVar("_Info", "ChannelInfo", "DriveInfo", "ReadingInfo")
 
 
-def check_channels(wanted: Iterable[str], infos: Sequence[ChannelInfo]) -> None:
+def check_channels(names: Iterable[str], infos: Sequence[ChannelInfo]) -> None:
     """Raise DeviceRejectedError for the first name that no channel has."""
-    known = [info.name for info in infos]
-    for name in wanted:
-        if name not in known:
+    known_names = [info.name for info in infos]
+    for name in names:
+        if name not in known_names:
             raise DeviceRejectedError(
-                f"there is no channel '{name}'", hint=f"there are: {', '.join(known)}"
+                f"there is no channel '{name}'", hint=f"there are: {', '.join(known_names)}"
             )
 
 
-def named(infos: Iterable[_Info], name: str, absent: str) -> _Info:
+def info_of(infos: Iterable[_Info], name: str, absent: str) -> _Info:
     """Return what has that name; raise PluginError that begins with `absent`."""
     by_name = {info.name: info for info in infos}
     if name not in by_name:

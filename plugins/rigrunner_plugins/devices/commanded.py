@@ -1,4 +1,4 @@
-"""What drivers share whose instrument is set up and made safe by commands."""
+"""Base of drivers whose instrument is set up and made safe by commands."""
 
 from __future__ import annotations
 
@@ -27,40 +27,40 @@ class CommandedDriver(Driver):
     """
 
     safe_commands: Sequence[str] = ()
-    _unsure = False
-    _as_it_is = False
+    _state_unknown = False
+    _skips_setup = False
 
     def begin_talk(self, timeout_s: float) -> Identity:
-        """Open the connection and say who answers; raise a DeviceError."""
+        """Open the connection and return the identity; raise a DeviceError."""
         raise NotImplementedError
 
     def set_up(self) -> None:
-        """Bring the instrument to where the station wants it; raise a DeviceError."""
+        """Set the instrument up as the station defines; raise a DeviceError."""
         raise NotImplementedError
 
     def send(self, command: str) -> None:
-        """Have the instrument do something; raise a DeviceError."""
+        """Send the instrument a command; raise a DeviceError."""
         raise NotImplementedError
 
     def open(self, timeout_s: float) -> Identity:
-        """Open the connection, say who answers, and set it up."""
-        making_safe = self._as_it_is
-        with self.as_it_is():
+        """Open the connection, identify the instrument, and set it up."""
+        making_safe = self._skips_setup
+        with self.without_setup():
             identity = self.begin_talk(timeout_s)
             if not making_safe:
                 self.set_up()
         # Made safe only: before anything is measured it is still to be set up.
-        self._unsure = making_safe
+        self._state_unknown = making_safe
         return identity
 
     def exchange(self, request: str, perform: Callable[[], _T]) -> _T:
         """Do one exchange, with an instrument that is set up."""
-        if self._unsure and not self._as_it_is:
+        if self._state_unknown and not self._skips_setup:
             self.reconnect()
         try:
             return super().exchange(request, perform)
         except (DeviceLostError, DeviceTimeoutError):
-            self._unsure = True
+            self._state_unknown = True
             raise
 
     def make_safe(self) -> Mapping[str, float]:
@@ -68,7 +68,7 @@ class CommandedDriver(Driver):
         read_back: dict[str, float] = {}
         # Taken here: within the lambda below, super() would find no object.
         make_safe = super().make_safe
-        with self.as_it_is():
+        with self.without_setup():
             do_all(
                 lambda: read_back.update(make_safe()),
                 *(partial(self._send_safe, command) for command in self.safe_commands),
@@ -76,13 +76,13 @@ class CommandedDriver(Driver):
         return read_back
 
     @contextmanager
-    def as_it_is(self) -> Iterator[None]:
-        """Talk to the instrument however it is set."""
-        before, self._as_it_is = self._as_it_is, True
+    def without_setup(self) -> Iterator[None]:
+        """Talk to the instrument without setting it up first."""
+        previous, self._skips_setup = self._skips_setup, True
         try:
             yield
         finally:
-            self._as_it_is = before
+            self._skips_setup = previous
 
     def _send_safe(self, command: str) -> None:
         self._need_connection_to_make_safe()
@@ -101,7 +101,7 @@ class OneAtATime:
 
     @contextmanager
     def alone(self, patience_s: float) -> Iterator[None]:
-        """Wait until nobody else talks; raise DeviceTimeoutError if that takes too long."""
+        """Wait for exclusive access; raise DeviceTimeoutError if that takes too long."""
         if not self._lock.acquire(timeout=patience_s):
             raise DeviceTimeoutError("an earlier exchange with the instrument still hangs")
         try:

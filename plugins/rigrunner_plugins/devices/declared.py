@@ -61,25 +61,25 @@ class DeclaredQuantity(Settings):
 
     def to_si(self, number: _Number) -> _Number:
         """Return the quantity in SI for a number of the instrument, or for an array of them."""
-        known = unit(self.unit)
-        return (number * self.scale + self.offset) * known.factor + known.offset
+        unit_ = unit(self.unit)
+        return (number * self.scale + self.offset) * unit_.factor + unit_.offset
 
     def from_si(self, value: float) -> float:
         """Return the instrument's number for a quantity in SI."""
-        known = unit(self.unit)
-        return ((value - known.offset) / known.factor - self.offset) / self.scale
+        unit_ = unit(self.unit)
+        return ((value - unit_.offset) / unit_.factor - self.offset) / self.scale
 
 
 class DeclaredChannel(DeclaredQuantity):
     """A channel of an instrument."""
 
     def info(self, name: str) -> ChannelInfo:
-        """Return what others are to know of the channel."""
+        """Return the description of the channel."""
         return ChannelInfo(name, self.si_unit, self.title or name, shown_in=self.unit)
 
 
 class DeclaredReading(Settings):
-    """What an instrument tells that is not a number: a text, a yes or no, an array."""
+    """A value of an instrument that is not a number: a text, a yes or no, an array."""
 
     kind: ReadingKind
     """text, boolean or array."""
@@ -96,18 +96,18 @@ class DeclaredReading(Settings):
         return self
 
     def reading_info(self, name: str) -> ReadingInfo:
-        """Return what others are to know of it."""
+        """Return the description of the reading."""
         symbol = si_symbol(unit(self.unit).dimension) if self.unit else ""
         return ReadingInfo(name, self.kind, self.title or name, symbol)
 
     def to_si(self, numbers: Sequence[float]) -> tuple[float, ...]:
         """Return the numbers of an array in the SI unit."""
-        known = unit(self.unit or "1")
-        return tuple(each * known.factor + known.offset for each in numbers)
+        unit_ = unit(self.unit or "1")
+        return tuple(number * unit_.factor + unit_.offset for number in numbers)
 
 
 def reading_infos(readings: Mapping[str, DeclaredReading]) -> tuple[ReadingInfo, ...]:
-    """Return what others are to know of the readings."""
+    """Return the descriptions of the readings."""
     return tuple(reading.reading_info(name) for name, reading in readings.items())
 
 
@@ -140,10 +140,10 @@ class DeclaredDrive(DeclaredQuantity):
     def _is_one_quantity(self) -> Self:
         dimension = unit(self.unit).dimension
         for name in ("min", "max", "safe", "tolerance"):
-            given: Quantity | None = getattr(self, name)
-            if given is not None and given.dimension != dimension:
+            value: Quantity | None = getattr(self, name)
+            if value is not None and value.dimension != dimension:
                 raise ValueError(
-                    f"{name} is '{given}', {with_article(given.dimension)}; expected"
+                    f"{name} is '{value}', {with_article(value.dimension)}; expected"
                     f" {with_article(dimension)}"
                 )
         if self.rate is not None and (
@@ -159,7 +159,7 @@ class DeclaredDrive(DeclaredQuantity):
         return self
 
     def info(self, name: str) -> DriveInfo:
-        """Return what others are to know of the drive."""
+        """Return the description of the drive."""
         return DriveInfo(
             name=name,
             unit=self.si_unit,
@@ -175,10 +175,10 @@ class DeclaredDrive(DeclaredQuantity):
 
 
 def channel_infos(channels: Mapping[str, DeclaredChannel]) -> list[ChannelInfo]:
-    """Return what others are to know of the channels."""
+    """Return the descriptions of the channels."""
     return [channel.info(name) for name, channel in channels.items()]
 
 
 def drive_infos(drives: Mapping[str, DeclaredDrive]) -> list[DriveInfo]:
-    """Return what others are to know of the drives, in the order of making safe."""
+    """Return the descriptions of the drives, in the order of making safe."""
     return [drive.info(name) for name, drive in drives.items()]

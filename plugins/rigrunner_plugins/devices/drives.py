@@ -28,7 +28,7 @@ class Drives:
 
     @property
     def actual(self) -> Mapping[str, float]:
-        """Where each drive stands."""
+        """The actual value of each drive."""
         return dict(self._actual)
 
     def set(self, name: str, value: float) -> None:
@@ -41,11 +41,11 @@ class Drives:
         self._move(info, value)
 
     def read_back(self, name: str) -> float:
-        """Return where a drive stands."""
+        """Return the actual value of a drive."""
         return self._actual[self._info(name).name]
 
     def make_safe(self) -> Mapping[str, float]:
-        """Bring all to their safe values, one after the other, and return where they stand."""
+        """Bring all to their safe values, one after the other, and return the actual values."""
         for info in self._infos.values():
             self._move(info, info.safe_value)
         return self.actual

@@ -22,9 +22,9 @@ class Ramp:
 
     def at(self, now_s: float) -> float:
         """Return where it is at that time."""
-        way = self.target - self.start
-        gone = min(self.rate_per_s * (now_s - self.since_s), abs(way))
-        return self.start + (gone if way > 0 else -gone)
+        distance = self.target - self.start
+        travelled = min(self.rate_per_s * (now_s - self.since_s), abs(distance))
+        return self.start + (travelled if distance > 0 else -travelled)
 
 
 class Plant:
@@ -59,13 +59,13 @@ class Plant:
     def go_to_frequency(self, frequency_hz: float) -> None:
         """Let the motor go to another frequency."""
         with self._lock:
-            self._frequency = self._sent(self._frequency, frequency_hz)
+            self._frequency = self._ramp_to(self._frequency, frequency_hz)
 
     def go_to_load(self, load_n: float) -> None:
         """Let the press go to another load."""
         with self._lock:
-            self._load = self._sent(self._load, load_n)
+            self._load = self._ramp_to(self._load, load_n)
 
-    def _sent(self, ramp: Ramp, target: float) -> Ramp:
+    def _ramp_to(self, ramp: Ramp, target: float) -> Ramp:
         now_s = self._now_s()
         return Ramp(ramp.at(now_s), target, ramp.rate_per_s, now_s)

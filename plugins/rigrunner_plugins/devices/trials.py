@@ -53,7 +53,7 @@ ABSENT_MODBUS: dict[str, Any] = {
     "simulator": None,
     "tcp": {"host": "127.0.0.1", "port": 1},
 }
-"""Nobody listens there: the port is reserved (IANA: tcpmux)."""
+"""Nothing listens there: the port is reserved (IANA: tcpmux)."""
 VISA: dict[str, Any] = {
     "resource": "ASRL1::INSTR",
     "backend": "@sim",
@@ -76,7 +76,7 @@ VISA: dict[str, Any] = {
 }
 """Of the generator that pyvisa-sim simulates by itself."""
 NOBODY = "TCPIP::192.0.2.1::5025::SOCKET"
-"""An address that documents use and nobody has (RFC 5737)."""
+"""An address reserved for documentation (RFC 5737)."""
 ABSENT_VISA: dict[str, Any] = {"resource": NOBODY, "backend": "@py", "simulated": "no"}
 SERIAL_ASCII: dict[str, Any] = {
     "port": "/dev/ttyUSB0",

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from rigrunner.api import PluginError
-from rigrunner_plugins.devices.extras import missing
+from rigrunner_plugins.devices.extras import missing_package
 from rigrunner_plugins.listeners.notifier import DeliveryError, Notifier
 
 if TYPE_CHECKING:
@@ -27,7 +27,7 @@ def apprise(settings: AppriseSettings) -> Notifier:
     try:
         from apprise import Apprise, AppriseAsset, NotifyFormat  # noqa: PLC0415  (an extra)
     except ImportError as error:
-        raise missing("apprise", "apprise") from error
+        raise missing_package("apprise", "apprise") from error
     asset = AppriseAsset(plugin_paths=[])  # of no folder of a user
     asset.http_redirects = False  # unless an address says redirect=yes
     services = Apprise(asset=asset)

@@ -6,7 +6,7 @@ import json
 import threading
 from typing import TYPE_CHECKING, Any
 
-from rigrunner_plugins.devices.extras import missing
+from rigrunner_plugins.devices.extras import missing_package
 from rigrunner_plugins.listeners.notifier import DeliveryError, Notifier
 
 if TYPE_CHECKING:
@@ -21,7 +21,7 @@ def mqtt(settings: MqttSettings) -> Notifier:
     try:
         from paho.mqtt import client as paho  # noqa: PLC0415  (an extra)
     except ImportError as error:
-        raise missing("paho-mqtt", "mqtt") from error
+        raise missing_package("paho-mqtt", "mqtt") from error
     password = settings.password.read() if settings.password else None
 
     def deliver(message: Message) -> None:

@@ -38,7 +38,7 @@ _NAMES = {
     "driver": "Driver",
     "lines": "Answering LineDriver LineSettings",
     "streaming": "StreamingDriver",
-    "steps": "Action Doing Found Planning StepSettings",
+    "steps": "Action Doing StepResult Planning StepSettings",
     "importing": "Column Importer NotInFileError",
     "data": "Array Block Mask Measurement Points Recording RunData",
     "instruments": "Instrument",

@@ -88,7 +88,7 @@ from rigrunner.api.settings import (
     WrapperSettings,
     YesNo,
 )
-from rigrunner.api.steps import Action, Doing, Found, Planning, StepSettings
+from rigrunner.api.steps import Action, Doing, Planning, StepResult, StepSettings
 from rigrunner.api.streaming import StreamingDriver
 from rigrunner.api.studies import StudyInput
 from rigrunner.api.uncertainty import Distribution, Effect, Input, MeasurementModel
@@ -139,7 +139,6 @@ __all__ = [
     "Fit",
     "FitRecord",
     "Force",
-    "Found",
     "Frequency",
     "Identity",
     "Imported",
@@ -192,6 +191,7 @@ __all__ = [
     "SimulableSettings",
     "Spreading",
     "StepRecord",
+    "StepResult",
     "StepSettings",
     "StopToken",
     "Streaming",

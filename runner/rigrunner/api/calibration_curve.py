@@ -18,15 +18,15 @@ STEPS = 200
 """Number of straight lines that represent a cubic with negligible error."""
 
 
-def linear(known: Mapping[float, float], *, through_zero: bool) -> Table:
+def linear(deviations: Mapping[float, float], *, through_zero: bool) -> Table:
     """Return the points, with zero if the curve goes through it."""
-    return tuple(sorted(({0.0: 0.0, **known} if through_zero else known).items()))
+    return tuple(sorted(({0.0: 0.0, **deviations} if through_zero else deviations).items()))
 
 
-def cubic(known: Mapping[float, float]) -> Table:
+def cubic(deviations: Mapping[float, float]) -> Table:
     """Return the cubic through zero of each direction, fitted by least squares."""
     curve = {0.0: 0.0}
-    for points in _directions(known):
+    for points in _directions(deviations):
         end, coefficients = _fit(points)
         shares = (step / STEPS for step in range(1, STEPS + 1))
         curve |= {share * end: _at(share, coefficients) for share in shares}
@@ -42,18 +42,18 @@ def off_linear(table: Table) -> float:
     return max(off, default=0.0)
 
 
-def off_cubic(known: Mapping[float, float]) -> float:
+def off_cubic(deviations: Mapping[float, float]) -> float:
     """Return the greatest distance of a point from the cubic of its direction."""
     residuals = []
-    for points in _directions(known):
+    for points in _directions(deviations):
         end, coefficients = _fit(points)
         residuals += [abs(y - _at(x / end, coefficients)) for x, y in points]
     return max(residuals)
 
 
-def too_few_for_cubic(known: Mapping[float, float]) -> int | None:
+def too_few_for_cubic(deviations: Mapping[float, float]) -> int | None:
     """Return the number of points of a direction that are too few for a cubic; None for none."""
-    counts = [len(points) for points in _directions(known)]
+    counts = [len(points) for points in _directions(deviations)]
     return next((count for count in counts if count <= DEGREE), None)
 
 

@@ -49,10 +49,10 @@ class Limit:
             return f"at most {self.upper:g}{unit}"
         return f"{self.lower:g} to {self.upper:g}{unit}"
 
-    def check(self, found: Iterable[tuple[float, str]], prefix: str = "") -> Check:
+    def check(self, items: Iterable[tuple[float, str]], prefix: str = "") -> Check:
         """Return the check of values, each with its text for being outside."""
-        values = list(found)
-        bad = [words for value, words in values if self._margin(value) < 0]
+        values = list(items)
+        bad = [text for value, text in values if self._margin(value) < 0]
         worst = min((value for value, _ in values), key=self._margin, default=None)
         nearer = None
         if worst is not None:

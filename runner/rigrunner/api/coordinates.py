@@ -48,12 +48,12 @@ class CoordinateValue:
         return cls(float(f"{number:.12g}"), target.symbol)
 
     @classmethod
-    def stored(cls, found: object) -> CoordinateValue:
+    def stored(cls, document: object) -> CoordinateValue:
         """Return a coordinate from a result document: a number with its unit, or a text."""
-        number = found.get("value") if isinstance(found, Mapping) else None
-        if isinstance(found, Mapping) and isinstance(number, int | float):
-            return cls(float(number), str(found.get("unit") or ""))
-        return cls(str(found))
+        number = document.get("value") if isinstance(document, Mapping) else None
+        if isinstance(document, Mapping) and isinstance(number, int | float):
+            return cls(float(number), str(document.get("unit") or ""))
+        return cls(str(document))
 
     @property
     def usual(self) -> CoordinateValue:
@@ -85,7 +85,7 @@ def usual_unit(si_unit: str) -> str:
     return "°C" if unit(si_unit).dimension == "temperature" else si_unit
 
 
-def is_told(written_in: str, si_unit: str) -> bool:
+def has_display_unit(written_in: str, si_unit: str) -> bool:
     """Return whether the unit as written must be stored beside the SI unit."""
     # K is an SI unit, but not the usual one: unless stored, a temperature would be shown in °C.
     return bool(written_in) and not written_in == si_unit == usual_unit(si_unit)
@@ -226,15 +226,15 @@ def matches(coordinates: Mapping[str, Coordinate], where: Mapping[str, Any]) -> 
 
 
 def mixed_labels(
-    found: Iterable[tuple[Mapping[str, float], Mapping[str, Coordinate], Mapping[str, str]]],
+    items: Iterable[tuple[Mapping[str, float], Mapping[str, Coordinate], Mapping[str, str]]],
 ) -> str:
     """Return the labels, as text, by which items with equal set-points differ; '' for none.
 
-    Each of `found` is set-points, coordinates and units. Counters are ignored, since they number
+    Each item has set-points, coordinates and units. Counters are ignored, since they number
     repetitions.
     """
     seen: dict[tuple[object, ...], str] = {}
-    for setpoints, coordinates, units in found:
+    for setpoints, coordinates, units in items:
         text = coordinates_text(labels_of(coordinates), units) or "no label"
         first = seen.setdefault(tuple(sorted(setpoints.items())), text)
         if first != text:

@@ -68,7 +68,7 @@ class ValueLimit:
         """
         limits, marginal = self.limits, self.is_marginal(value)
         verdict = Verdict.PASS if limits.allow(value) else Verdict.FAIL
-        allowed = limits.not_kept(value, self.marginal if marginal else 0.0).in_words
+        allowed = limits.violated(value, self.marginal if marginal else 0.0).in_words
         mark = ", marginal" if marginal else ""
         return LimitDecision(
             of=self.of,

@@ -25,7 +25,7 @@ class ResultMeasurand(Protocol):
 class LimitedMeasurand(Protocol):
     """The measurand of a limit, given by its key `measurand`; prints as a description."""
 
-    def objection(self, found: ResultMeasurand) -> str:
+    def objection(self, measurand: ResultMeasurand) -> str:
         """Return why this is not the measurand of a result; '' if it is."""
         ...
 

@@ -87,18 +87,18 @@ def places_text(places: Mapping[str, tuple[Quantity | str, ...]]) -> str:
     )
 
 
-def matches(wanted: Quantity | str, found: CoordinateValue) -> bool:
+def matches(expected: Quantity | str, actual: CoordinateValue) -> bool:
     """Return whether a coordinate has a value; quantities in any unit of one kind."""
-    if isinstance(wanted, str) or isinstance(found.value, str):
-        return wanted == found.value
-    found_in = unit(found.unit or "1")
-    if wanted.dimension != found_in.dimension:
+    if isinstance(expected, str) or isinstance(actual.value, str):
+        return expected == actual.value
+    actual_unit = unit(actual.unit or "1")
+    if expected.dimension != actual_unit.dimension:
         return False
     # A share of the number as written: of 293 K it would be too coarse for a value in °C. The
     # relative tolerance below is for 0 °C, where the conversion to K rounds.
-    size = SAME * max(abs(wanted.number * wanted.unit.factor), 1e-9)
-    si = found.value * found_in.factor + found_in.offset
-    return isclose(wanted.si, si, rel_tol=SAME * 1e-3, abs_tol=size)
+    size = SAME * max(abs(expected.number * expected.unit.factor), 1e-9)
+    si = actual.value * actual_unit.factor + actual_unit.offset
+    return isclose(expected.si, si, rel_tol=SAME * 1e-3, abs_tol=size)
 
 
 def is_at(place: Mapping[str, Quantity | str], coordinates: Mapping[str, CoordinateValue]) -> bool:

@@ -66,7 +66,7 @@ class StepSettings(Settings):
 
 
 @dataclass(slots=True)  # to make a frozen one, or a tuple with names, takes twice as long
-class Found:
+class StepResult:
     """What a step found, in SI units by 'role.name', and the truth of a simulator."""
 
     values: Mapping[str, float]
@@ -84,7 +84,7 @@ class Found:
     """Of a zero: the standard uncertainty of each value and its degrees of freedom."""
 
 
-NOTHING = Found(NONE, NONE, NONE)
+NOTHING = StepResult(NONE, NONE, NONE)
 
 
 @dataclass(frozen=True)
@@ -123,7 +123,7 @@ class Action:
     outcome_stands: ClassVar[bool] = False
     """Whether a resumed run keeps its outcome and does not execute it again."""
 
-    def do(self, step: str, doing: Any) -> Found:
+    def do(self, step: str, doing: Any) -> StepResult:
         """Execute it and return what was found; `doing` is a Doing, `step` its place for messages.
 
         Raises what prevents execution; exceptions of `doing` must not be caught. Anything that
@@ -132,17 +132,17 @@ class Action:
         raise NotImplementedError
 
     @property
-    def led(self) -> Member | None:
+    def moves(self) -> Member | None:
         """The drive that it sweeps."""
         return None
 
     @property
-    def passes(self) -> Sequence[float]:
+    def moves_to(self) -> Sequence[float]:
         """The set-points of that drive, in order; it stays at the last one."""
         return ()
 
     @property
-    def brings_back(self) -> Action | None:
+    def restoring(self) -> Action | None:
         """The action that restores the state of the rig after this one, without reading again.
 
         None if executing it again does that.
@@ -180,16 +180,16 @@ class Action:
         return ()
 
     @property
-    def known(self) -> tuple[Mapping[str, float], Mapping[str, str]]:
+    def setpoints_and_units(self) -> tuple[Mapping[str, float], Mapping[str, str]]:
         """Set-points of the drives while it reads, and units of all that it reads or sets."""
         return NONE, NONE
 
     @property
-    def judged(self) -> tuple[ValueLimit, ...]:
+    def checked_limits(self) -> tuple[ValueLimit, ...]:
         """The limits that it checks itself."""
         return ()
 
-    def again(self, total: int) -> Self:  # noqa: ARG002  (of those that need it)
+    def for_attempt(self, total: int) -> Self:  # noqa: ARG002  (of those that need it)
         """Return it for its n-th attempt, counted from 1."""
         return self
 

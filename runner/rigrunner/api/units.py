@@ -207,9 +207,9 @@ def with_symbol(number: str, symbol: str) -> str:
     return number if symbol in {"", "1"} else f"{number} {symbol}"
 
 
-def is_coherent(known: Unit) -> bool:
+def is_coherent(unit_: Unit) -> bool:
     """Return whether numbers in a unit are SI values."""
-    return (known.factor, known.offset) == (1, 0)
+    return (unit_.factor, unit_.offset) == (1, 0)
 
 
 def with_article(dimension: str) -> str:

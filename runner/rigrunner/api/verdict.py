@@ -128,8 +128,8 @@ class Limits:
         inside = self.lower <= value <= self.upper
         return inside or any(_is_on(limit, value) for limit in self.edges(0.0))
 
-    def not_kept(self, value: float, by: float = 0.0) -> Limits:
-        """Return the limits from which the value is not inside by that margin."""
+    def violated(self, value: float, by: float = 0.0) -> Limits:
+        """Return the limit that a value violates by a margin; both limits for none."""
         # `not >=`, as nan is inside no limit.
         if not isinf(self.lower) and not value - self.lower >= by:
             return replace(self, upper=inf)

@@ -25,7 +25,7 @@ HELP: Mapping[str, str] = {
     "read [CHANNEL ...]": "all channels if none is named",
     "watch CHANNEL [TIME]": "its value again and again, for 10 s if no time is given",
     "zero CHANNEL": "takes its present value as zero, for the values shown from now on",
-    "stands": "the positions of all drives",
+    "positions": "the read-backs of all drives",
     "safe": "sets every drive to its safe value",
     "help": "shows this",
     "quit": "makes the rig safe and ends",
@@ -117,7 +117,7 @@ def _zero(jog: Jog, words: list[str]) -> None:
     result(f"the zero of {words[0]} is {value:.6g} {jog.channels[words[0]].unit}")
 
 
-def _stands(jog: Jog, _: list[str]) -> None:
+def _positions(jog: Jog, _: list[str]) -> None:
     for drive, value in jog.read_backs().items():
         show_set(jog, drive, value)
 
@@ -149,7 +149,7 @@ _COMMANDS: Mapping[str, Callable[[Jog, list[str]], object]] = {
     "read": lambda jog, names: show_values(jog, jog.read(names)),
     "watch": _watch,
     "zero": _zero,
-    "stands": _stands,
+    "positions": _positions,
     "safe": lambda jog, _: jog.safe(),
     "help": lambda jog, _: _show_help(jog),
 }

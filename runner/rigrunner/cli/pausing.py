@@ -38,9 +38,9 @@ class TerminalPauses:
         self._progress = progress
         self._by = by
 
-    def wanted(self) -> str:
+    def requested_by(self) -> str:
         """Return 'keyboard' after Ctrl-C."""
-        return self._stop.pause_wanted()
+        return self._stop.pause_requested()
 
     def decide(self, paused: Paused, watch: Callable[[], None]) -> Decision:
         """Ask until the answer is one of the choices, with its reason if one is needed."""

@@ -6,7 +6,7 @@ from collections import Counter
 from typing import TYPE_CHECKING
 
 from rigrunner.cli.output import message
-from rigrunner.engine import brought_back
+from rigrunner.engine import restoring_step
 from rigrunner.run.resume import how_it_ended
 
 if TYPE_CHECKING:
@@ -23,7 +23,7 @@ def show_resumable(run: ResumableRun) -> None:
         return
     steps, resume_at = run.planned.plan.steps, run.resume_at
     if resume_at.before:
-        repeated = (brought_back(steps[index]).text for index in resume_at.before)
+        repeated = (restoring_step(steps[index]).text for index in resume_at.before)
         message(f"  once more: {'; '.join(repeated)}")
     if resume_at.start < len(steps):
         step, number = steps[resume_at.start], resume_at.start + 1

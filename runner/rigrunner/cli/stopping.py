@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING
 from rigrunner.api.errors import AbortedError, ExitCode
 from rigrunner.api.events import Event, RunEnded, RunStarted
 from rigrunner.ending import ENDING, SUSPENDING, Consoles, signal_name, take_signals
-from rigrunner.engine.pausing import PauseWantedError, StopNow
+from rigrunner.engine.pausing import PauseRequestedError, StopNow
 from rigrunner.run.log import with_units
 
 if TYPE_CHECKING:
@@ -73,7 +73,7 @@ class SignalStop:
         """Return the reason of the stop."""
         return self._reason or AbortedError("stopped on request")
 
-    def pause_wanted(self) -> str:
+    def pause_requested(self) -> str:
         """Return who asks for a pause; an empty text for no one."""
         return KEYBOARD if self._presses else ""
 
@@ -136,7 +136,7 @@ class SignalStop:
         else:
             _say("Pausing at the next safe point. Ctrl-C aborts the run.")
             if self._asking:
-                raise PauseWantedError("pause requested", KEYBOARD)
+                raise PauseRequestedError("pause requested", KEYBOARD)
 
     def _interrupt_end(self) -> None:
         """Handle a Ctrl-C after the run: its analysis ends, and it is still sealed."""

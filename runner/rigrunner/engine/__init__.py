@@ -13,9 +13,9 @@ from rigrunner.engine.pausing import (
 )
 from rigrunner.engine.resume_point import (
     ResumePoint,
-    brought_back,
     find_resume_point,
     passed_over,
+    restoring_step,
     streams_before,
 )
 from rigrunner.engine.run import RunSummary, run_plan
@@ -32,9 +32,9 @@ __all__ = [
     "RunSummary",
     "StopNow",
     "UnattendedAnswers",
-    "brought_back",
     "find_resume_point",
     "passed_over",
+    "restoring_step",
     "run_by_hand",
     "run_plan",
     "streams_before",

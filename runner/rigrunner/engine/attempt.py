@@ -9,7 +9,7 @@ from rigrunner.api.events import StepEnded, StepStarted
 from rigrunner.api.steps import NONE, NOTHING
 
 if TYPE_CHECKING:
-    from rigrunner.api.steps import Found
+    from rigrunner.api.steps import StepResult
     from rigrunner.bus import Emit
     from rigrunner.plan.actions import PlannedStep
     from rigrunner.rig.cycles import CycleCount
@@ -32,11 +32,11 @@ class Attempt:
         """Record the cycles too, if a rig moves."""
         self.step = step
         self.number = number
-        self.action = step.action.again(total)
+        self.action = step.action.for_attempt(total)
         self.recording = self.action.recording
         self._index = index
         self._table = self.action.table
-        self._setpoints, self._units = self.action.known
+        self._setpoints, self._units = self.action.setpoints_and_units
         self._cycles = cycles
 
     def begin(self, emit: Emit) -> None:
@@ -57,8 +57,8 @@ class Attempt:
             cycles=self._cycles.done() if self._cycles and self.action.reads else NONE,
         )
 
-    def end(self, emit: Emit, found: Found = NOTHING, *, ok: bool) -> None:
-        """Record its end and what was found."""
+    def end(self, emit: Emit, result: StepResult = NOTHING, *, ok: bool) -> None:
+        """Record its end and its result."""
         emit(
             StepEnded,
             step=self.step.path,
@@ -69,14 +69,14 @@ class Attempt:
             measurement=self._table,
             # A row of a table is stored with them; a recording has those of its start.
             setpoints=self._setpoints if self._table else NONE,
-            values=found.values,
-            statistics=found.statistics,
-            units=found.units,
-            readings=found.readings,
-            leaves=self.step.leaves if found.leaves else 0,
+            values=result.values,
+            statistics=result.statistics,
+            units=result.units,
+            readings=result.readings,
+            leaves=self.step.leaves if result.leaves else 0,
             cycles=self._cycles.done() if self._cycles else NONE,
-            truth=found.truth if ok else NONE,
-            scatter=found.scatter,
+            truth=result.truth if ok else NONE,
+            scatter=result.scatter,
         )
 
     def may_retry(self, error: BaseException) -> bool:

@@ -14,13 +14,13 @@ from rigrunner.plan.actions import Phase
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
 
-    from rigrunner.engine.pausing import Pauses, PauseWantedError
+    from rigrunner.engine.pausing import PauseRequestedError, Pauses
     from rigrunner.engine.session import Session
     from rigrunner.plan.actions import PlannedStep
 
 
 def take_break(
-    steps: Sequence[PlannedStep], index: int, request: PauseWantedError, session: Session
+    steps: Sequence[PlannedStep], index: int, request: PauseRequestedError, session: Session
 ) -> Decision:
     """Pause before a step and return how the run continues; raise AbortedError if it does not.
 

@@ -11,7 +11,7 @@ from rigrunner.bus import Emitter
 from rigrunner.engine.answers import UnattendedAnswers
 from rigrunner.engine.interlocks import Guard
 from rigrunner.engine.notes import Notes
-from rigrunner.engine.pausing import PauseWantedError
+from rigrunner.engine.pausing import PauseRequestedError
 from rigrunner.engine.run import Run
 from rigrunner.engine.session import Session
 from rigrunner.engine.step_attempts import do_step
@@ -77,5 +77,5 @@ class _ByHand(Run):
                 self.notes.stopped_at = done.missed
                 if self.notes.stopped_at:
                     break
-        except PauseWantedError as request:
+        except PauseRequestedError as request:
             raise AbortedError(request.message, by=request.by) from request

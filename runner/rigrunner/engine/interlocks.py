@@ -10,7 +10,7 @@ from rigrunner.api.cleanup import error_text
 from rigrunner.api.errors import AbortedError
 from rigrunner.api.events import InterlockCleared, InterlockTripped
 from rigrunner.api.member import Member
-from rigrunner.engine.pausing import PauseWantedError
+from rigrunner.engine.pausing import PauseRequestedError
 from rigrunner.engine.watching import Watch
 
 if TYPE_CHECKING:
@@ -106,13 +106,13 @@ class Guard:
             self._emit_changes(watch)
 
     def check(self, *, read_all: bool = False) -> None:
-        """Look, then raise InterlockError or PauseWantedError for what is tripped."""
+        """Look, then raise InterlockError or PauseRequestedError for what is tripped."""
         self.look(read_all=read_all)
         acting = [watch for watch in self.tripped if watch.interlock.does != "forbid"]
         # Only the first is raised: one that pauses must not hide one that makes safe.
         for watch in sorted(acting, key=lambda watch: _BY_SEVERITY.index(watch.interlock.does)):
             if watch.interlock.does == "pause":
-                raise PauseWantedError(watch.text, by=f"interlock {watch.interlock.name}")
+                raise PauseRequestedError(watch.text, by=f"interlock {watch.interlock.name}")
             raise _error(watch.interlock, watch.text)
 
     def allow(self, role: str, drive: str, value: float) -> None:

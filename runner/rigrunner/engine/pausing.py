@@ -51,7 +51,7 @@ class Decision:
 class Pauses(Protocol):
     """Requests pauses, and decides how they end."""
 
-    def wanted(self) -> str:
+    def requested_by(self) -> str:
         """Return who requests a pause, such as 'keyboard'; '' for no one."""
         ...
 
@@ -133,7 +133,7 @@ class StopNow(KeyboardInterrupt):
         self.by = by
 
 
-class PauseWantedError(RigrunnerError):
+class PauseRequestedError(RigrunnerError):
     """Leaves a step that a pause interrupts; users never see it."""
 
     def __init__(self, reason: str, by: str) -> None:

@@ -43,11 +43,11 @@ def settles_before(steps: Sequence[PlannedStep], index: int) -> list[int]:
     After a pause the rig must settle again before the step, unless the step sets a drive.
     """
     settles: list[int] = []
-    if steps[index].action.led:
+    if steps[index].action.moves:
         return settles
     for earlier in range(index - 1, -1, -1):
         action = steps[earlier].action
-        if action.led:
+        if action.moves:
             break
         if action.settles:
             settles.insert(0, earlier)
@@ -69,10 +69,10 @@ def may_be_skipped(
     """
     point, planned = point_at(steps, index), dict[Member, float]()
     for step in steps[index : point.stop]:
-        if drive := step.action.led:
+        if drive := step.action.moves:
             planned.pop(drive, None)
             if step.phase is not Phase.TEARDOWN:  # the teardown of a call is still done
-                planned[drive] = step.action.passes[-1]
+                planned[drive] = step.action.moves_to[-1]
     return _led_before_read(steps, point.stop, planned, standing)
 
 
@@ -91,7 +91,7 @@ def _led_before_read(
             return True
         step = steps[index]
         # Before `reads`: a scan sets its drive and reads in the same step.
-        if drive := step.action.led:
+        if drive := step.action.moves:
             planned.pop(drive, None)
         if step.action.reads:
             return all(isclose(standing(d.role, d.name), value) for d, value in planned.items())

@@ -26,10 +26,10 @@ class RecordedStatistics:
         for channel, statistics in self._by_channel.items():
             statistics.take(channels[channel])
 
-    def found(self) -> dict[str, float]:
+    def by_name(self) -> dict[str, float]:
         """Return the statistics by name; raise DataError without samples."""
         try:
-            values = {name: channel.found() for name, channel in self._by_channel.items()}
+            values = {name: channel.by_name() for name, channel in self._by_channel.items()}
         except ValueError as error:
             raise DataError(f"{', '.join(self._by_channel)}: {error}") from error
         return {name: values[channel][statistic] for name, channel, statistic in self._names}

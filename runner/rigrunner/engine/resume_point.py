@@ -95,23 +95,23 @@ def _not_resumable(message: str) -> DataError:
 
 
 def _may_be_repeated(step: PlannedStep, *, done: bool) -> bool:
-    """Return whether a started step may be executed again: see `brought_back`."""
-    return step.terms.repeatable or (done and step.action.brings_back is not None)
+    """Return whether a started step may be executed again: see `restoring_step`."""
+    return step.terms.repeatable or (done and step.action.restoring is not None)
 
 
-def brought_back(step: PlannedStep) -> PlannedStep:
+def restoring_step(step: PlannedStep) -> PlannedStep:
     """Return steps that restore the rig after a completed step: of a scan its last set-point.
 
     What such a step measured is kept; setup is executed again as it is, with what it measures.
     """
     action = step.action
     is_setup = step.phase is Phase.SETUP and step.terms.repeatable
-    if is_setup or action.brings_back is None or action.led is None:
+    if is_setup or action.restoring is None or action.moves is None:
         return step
-    value, unit = action.passes[-1], action.known[1][action.led]
-    text = f"Set {action.led} to {value:g} {unit}, where the {action.kind} left it"
+    value, unit = action.moves_to[-1], action.setpoints_and_units[1][action.moves]
+    text = f"Set {action.moves} to {value:g} {unit}, where the {action.kind} left it"
     # The present position of the drive, and so the duration of its motion, is not known.
-    return replace(step, action=action.brings_back, text=text, estimated_s=0.0)
+    return replace(step, action=action.restoring, text=text, estimated_s=0.0)
 
 
 def streams_before(
@@ -124,8 +124,8 @@ def streams_before(
         action = step.action
         if index in resume_at.left_out:
             continue
-        if action.led:
-            set_points.setdefault(action.led.role, {})[action.led.name] = action.passes[-1]
+        if action.moves:
+            set_points.setdefault(action.moves.role, {})[action.moves.name] = action.moves_to[-1]
         # Simulators number their streams by set-point: later ones then have the same noise.
         if index not in resume_at.before and (role := action.streamed):
             by_role.setdefault(role, []).append(dict(set_points.get(role, {})))
@@ -224,16 +224,16 @@ def _last_sets(
 ) -> dict[Member, int]:
     """Return by drive the step that last set it, before `end`."""
     forward = (index for index in range(first, end) if index not in left_out)
-    return {drive: index for index in forward if (drive := steps[index].action.led)}
+    return {drive: index for index in forward if (drive := steps[index].action.moves)}
 
 
 def _led_at(steps: Sequence[PlannedStep], start: int) -> set[Member]:
     """Return the drives that a set-point sets itself, with its first steps."""
     led: set[Member] = set()
     for step in steps[start:]:
-        if not step.action.led:
+        if not step.action.moves:
             break
-        led.add(step.action.led)
+        led.add(step.action.moves)
         if step.action.reads:
             break
     return led

@@ -21,9 +21,9 @@ from rigrunner.engine.breaks import take_break
 from rigrunner.engine.drive_watch import DriveWatch
 from rigrunner.engine.interlocks import Guard, InterlockError
 from rigrunner.engine.notes import Notes
-from rigrunner.engine.pausing import Choice, Interrupting, PauseWantedError, StopNow
+from rigrunner.engine.pausing import Choice, Interrupting, PauseRequestedError, StopNow
 from rigrunner.engine.points import point_at, point_name, settles_before, teardowns_within
-from rigrunner.engine.resume_point import brought_back
+from rigrunner.engine.resume_point import restoring_step
 from rigrunner.engine.session import Session
 from rigrunner.engine.step_attempts import Done, do_step
 from rigrunner.plan.actions import Phase
@@ -170,7 +170,7 @@ class Run:
                 done = self._execute(index, at=index)
                 self.notes.stopped_at = done.missed
                 index += 1 + done.leaves  # a condition leaves out the steps of its other branch
-            except PauseWantedError as request:
+            except PauseRequestedError as request:
                 # The step has not been done: unless a person decides otherwise, it is next again.
                 decision = take_break(steps, index, request, self._session)
                 index = self._next(index, decision)
@@ -260,7 +260,7 @@ class Run:
 
         Nothing is skipped here: without its zero and its drives the rest would not be comparable.
         """
-        before = [brought_back(self._plan.steps[index]) for index in resume_at.before]
+        before = [restoring_step(self._plan.steps[index]) for index in resume_at.before]
         self._record_start(run_id, (*before, *self._plan.steps[resume_at.start :]))
         self._session.intervene(RESUME_RUN, resume_at.by, subject=resume_at.subject)
         # A pause would leave the rig between two states: it has to wait, and aborts a question.
@@ -273,7 +273,7 @@ class Run:
                 if done.missed:
                     self.notes.stopped_at = done.missed
                     break
-            except PauseWantedError as request:
+            except PauseRequestedError as request:
                 text = f"{request.message}, while the run was being resumed"
                 raise AbortedError(text, by=request.by) from request
         return resume_at.start

@@ -13,7 +13,7 @@ from rigrunner.api.errors import AbortedError, DataError, DeviceTimeoutError
 from rigrunner.api.events import Alarm, Intervention, LimitMissed, Note
 from rigrunner.api.steps import NONE
 from rigrunner.engine.limits import missed_of, remarks_on
-from rigrunner.engine.pausing import PauseWantedError, Reasoned, Reporting, Showing
+from rigrunner.engine.pausing import PauseRequestedError, Reasoned, Reporting, Showing
 from rigrunner.engine.streams import checked_stream
 
 if TYPE_CHECKING:
@@ -89,8 +89,8 @@ class Session:
     def check(self, *, read_all: bool = False) -> None:
         """Raise what prevents the step from continuing; with `read_all` all interlocks are read.
 
-        AbortedError if the run has to stop or an interlock aborts it, PauseWantedError if it has to
-        pause, DeviceTimeoutError if its time is over.
+        AbortedError if the run has to stop or an interlock aborts it, PauseRequestedError if it
+        has to pause, DeviceTimeoutError if its time is over.
         """
         if self._reporting is not None:
             self._record_actions(self._reporting)
@@ -103,8 +103,8 @@ class Session:
         else:
             if self.guard.watching:
                 self.guard.check(read_all=read_all)
-            if self.pauses is not None and (by := self.pauses.wanted()):
-                raise PauseWantedError("pause requested", by)
+            if self.pauses is not None and (by := self.pauses.requested_by()):
+                raise PauseRequestedError("pause requested", by)
             if self.reads and self.drives is not None:
                 self.drives.look()
         if self.timeout_s is not None:
@@ -122,7 +122,7 @@ class Session:
         if self.stop.is_set():
             raise stopped(self.stop)
         # It is paused already, or has no step left to pause.
-        with suppress(PauseWantedError):
+        with suppress(PauseRequestedError):
             self.guard.check(read_all=read_all)
         self.show()
 

@@ -9,7 +9,7 @@ from rigrunner.api.events import Alarm
 from rigrunner.api.steps import NOTHING
 from rigrunner.engine.attempt import Attempt
 from rigrunner.engine.notes import CONTINUES, error_line
-from rigrunner.engine.pausing import PauseWantedError
+from rigrunner.engine.pausing import PauseRequestedError
 
 if TYPE_CHECKING:
     from collections import Counter
@@ -35,7 +35,7 @@ def do_step(
 
     Return whether values out of limits stop the run, and what is skipped. `attempts` counts the
     attempts of each step by index, so that names of recordings are unique. Raises other errors that
-    end the run, and PauseWantedError if a pause interrupted the step.
+    end the run, and PauseRequestedError if a pause interrupted the step.
     """
     for number in range(1, step.terms.attempts + 1):
         attempts[index] = total = attempts.get(index, 0) + 1
@@ -51,7 +51,7 @@ def _try(attempt: Attempt, session: Session, notes: Notes) -> Done | None:
     Raises errors that end the run. A value is recorded before it is judged: it counts, and is not
     read again.
     """
-    step, found = attempt.step, NOTHING
+    step, result = attempt.step, NOTHING
     terms = step.terms
     step_session = session if terms.timeout_s is None else session.within(terms.timeout_s)
     attempt.begin(session.emit)
@@ -61,35 +61,35 @@ def _try(attempt: Attempt, session: Session, notes: Notes) -> Done | None:
         # Before and after: a drive may leave its set-point between steps, or during one that is
         # shorter than the interval.
         step_session.check_drives()
-        found = attempt.action.do(step.path, step_session)
+        result = attempt.action.do(step.path, step_session)
         step_session.check_drives()
         if step_session.timeout_s is not None:
             step_session.check_time()
-    except PauseWantedError as request:
+    except PauseRequestedError as request:
         # With `try_emit`: the error of a sink must not take the place of the pause.
-        attempt.end(notes.try_emit, found, ok=False)
+        attempt.end(notes.try_emit, result, ok=False)
         if terms.repeatable:
-            raise PauseWantedError(request.message, request.by) from request
+            raise PauseRequestedError(request.message, request.by) from request
         text = f"{step.path}: {request.message}, inside a step that cannot be repeated"
         raise AbortedError(text, by=request.by) from request
     except BaseException as error:
         # What the driver logged often explains the error, and is recorded before it.
         session.put_messages()
         retry, passed_over = _failed(attempt, error, notes)
-        attempt.end(notes.try_emit, found, ok=False)
+        attempt.end(notes.try_emit, result, ok=False)
         if retry or passed_over:
             return None if retry else Done()
         raise
-    attempt.end(session.emit, found, ok=True)
+    attempt.end(session.emit, result, ok=True)
     # A step that judges its values itself, or is a condition, has no limits in its terms.
     if not (terms.limits or terms.expected):
-        return Done(found.missed, step.leaves if found.leaves else 0)
+        return Done(result.missed, step.leaves if result.leaves else 0)
     missed = session.judge(
         step.path,
         terms.limits,
-        {**found.values, **found.statistics},
+        {**result.values, **result.statistics},
         expected=terms.expected,
-        readings=found.readings,
+        readings=result.readings,
     )
     return Done(missed if terms.stops_at_limit else "")
 

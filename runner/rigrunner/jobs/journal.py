@@ -91,11 +91,11 @@ def _read(path: Path, file: BinaryIO, task: dict[str, str]) -> dict[str, Any]:
     if complete or not (_START.startswith(text) or text.startswith(_START)):
         try:
             header, *lines = map(json.loads, (complete or text).splitlines())
-            _refuse_other_task(path, header["of"], task)
+            _refuse_other_task(path, _task_of(header), task)
             values = dict(lines)
         except (AttributeError, ValueError, TypeError, KeyError) as error:
             raise DataError(
-                f"{path} is damaged, or is not a list of jobs",
+                f"{path} is damaged, or is not a list of jobs in this format",
                 hint="remove it to start again",
             ) from error
     with _writing(path):
@@ -104,6 +104,13 @@ def _read(path: Path, file: BinaryIO, task: dict[str, str]) -> dict[str, Any]:
         if not complete:
             _append(file, {"format": FORMAT, "of": task})
     return values
+
+
+def _task_of(header: Mapping[str, Any]) -> Mapping[str, str]:
+    if header["format"] != FORMAT:
+        raise ValueError(header["format"])
+    task: Mapping[str, str] = header["of"]
+    return task
 
 
 def _refuse_other_task(path: Path, then: Mapping[str, str], now: Mapping[str, str]) -> None:

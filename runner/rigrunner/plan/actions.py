@@ -85,7 +85,7 @@ class PlannedStep:
     @property
     def limits(self) -> tuple[ValueLimit, ...]:
         """What the values may be that it finds."""
-        return self.action.judged or self.terms.limits
+        return self.action.checked_limits or self.terms.limits
 
 
 @dataclass(frozen=True, kw_only=True)

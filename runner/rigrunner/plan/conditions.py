@@ -11,7 +11,7 @@ from math import inf, isfinite
 from typing import TYPE_CHECKING
 
 from rigrunner.api.errors import DataError
-from rigrunner.api.steps import Action, Found
+from rigrunner.api.steps import Action, StepResult
 from rigrunner.api.units import unit, with_article
 from rigrunner.plan.actions import Phase
 from rigrunner.yamlfile.problems import suggestion
@@ -38,14 +38,14 @@ class Chosen(Action):
     inverse: bool = False
     """Whether they are done for all others instead."""
 
-    def do(self, step: str, doing: Doing) -> Found:
+    def do(self, step: str, doing: Doing) -> StepResult:
         """Look at the answer; the steps are left out where there was none."""
         answer = doing.answer(self.input)
         is_done = answer is not None and (answer in self.values) != self.inverse
         if not is_done:
             answer_text = "was not asked" if answer is None else f"is '{answer}'"
             doing.note(step, f"{self.input} {answer_text}: the steps that hang on it are left out")
-        return Found({}, {}, leaves=not is_done)
+        return StepResult({}, {}, leaves=not is_done)
 
 
 @dataclass(frozen=True)
@@ -70,7 +70,7 @@ class Reached(Action):
     of: int
     """How often at most."""
 
-    def do(self, step: str, doing: Doing) -> Found:
+    def do(self, step: str, doing: Doing) -> StepResult:
         """Read the channel once."""
         value = doing.read((self.member,))[self.member]
         met = not self.minimum <= value <= self.maximum
@@ -80,7 +80,7 @@ class Reached(Action):
             doing.note(step, f"{text}: {self.condition} after {self.number} of {self.of} times")
         elif self.number == self.of:
             doing.note(step, f"{text}: not {self.condition} after all {self.of} times")
-        return Found({self.member: value}, {self.member: self.unit}, leaves=met)
+        return StepResult({self.member: value}, {self.member: self.unit}, leaves=met)
 
 
 @dataclass(frozen=True)
@@ -102,7 +102,7 @@ class ResultReached(Action):
     of: int
     """How often at most."""
 
-    def do(self, step: str, doing: Doing) -> Found:
+    def do(self, step: str, doing: Doing) -> StepResult:
         """Have the result computed."""
         result = doing.result(self.result)
         result_unit, unit_ = unit(result.unit), unit(self.shown)
@@ -119,7 +119,7 @@ class ResultReached(Action):
         met = not self.minimum <= value <= self.maximum
         condition_text = self.condition if met else f"not {self.condition}"
         doing.note(step, f"{text}: {condition_text} after {self.number} of {self.of} times")
-        return Found({}, {}, leaves=met)
+        return StepResult({}, {}, leaves=met)
 
 
 def begin_choice(when: When, place: Place, scene: Scene) -> int | None:

@@ -6,7 +6,7 @@ from collections import Counter
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar
 
-from rigrunner.api.coordinates import is_told
+from rigrunner.api.coordinates import has_display_unit
 from rigrunner.api.quantity import LONGEST_S, readable
 from rigrunner.api.steps import NONE
 from rigrunner.plan.actions import PlannedStep, Terms
@@ -70,7 +70,9 @@ class Place(NamedTuple):
 
     def at(self, name: str, value: Coordinate, unit: str = "", written_in: str = "") -> Place:
         """Return the same place with a coordinate more."""
-        written = {name: written_in} if written_in and is_told(written_in, unit or "1") else {}
+        written = (
+            {name: written_in} if written_in and has_display_unit(written_in, unit or "1") else {}
+        )
         units = {**self.coordinate_units, name: unit} if unit else self.coordinate_units
         return self._replace(
             coordinates={**self.coordinates, name: value},

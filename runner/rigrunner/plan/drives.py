@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
-from rigrunner.api.coordinates import is_told
+from rigrunner.api.coordinates import has_display_unit
 from rigrunner.api.member import Member
 
 if TYPE_CHECKING:
@@ -59,7 +59,11 @@ class DriveStates:
     def written(self) -> dict[str, str]:
         """Return the unit in which each set-point is written, where that has to be kept."""
         units, written = self._standing.units, self._standing.written
-        return {name: symbol for name, symbol in written.items() if is_told(symbol, units[name])}
+        return {
+            name: symbol
+            for name, symbol in written.items()
+            if has_display_unit(symbol, units[name])
+        }
 
     def changed(self, before: Mapping[str, float]) -> Iterator[tuple[Member, float, str]]:
         """Yield each drive that stands elsewhere than before, with where and in which unit."""

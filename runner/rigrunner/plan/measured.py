@@ -45,7 +45,7 @@ def planned_data(plan: Plan) -> Iterator[PlannedData]:
     recordings = {each.record.name: each for each in plan.recordings}
     for step in plan.steps:
         action, of = step.action, step.coordinate_units
-        setpoints, symbols = action.known
+        setpoints, symbols = action.setpoints_and_units
         here = {name: of.get(name, "") for name in step.coordinates}
         if step.phase is not Phase.SETUP:  # both count from the begin of main
             cyclic = "Hz" in map(symbols.get, setpoints)

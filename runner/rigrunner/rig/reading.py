@@ -134,11 +134,23 @@ def stream_conditions(role: Role, answer_s: float) -> Conditions:
     device = role.able(KnowsStream)  # type: ignore[type-abstract]  # a Protocol
     if device is None:
         return {}, {}
-    values_and_units = role.call("tell of the stream", device.stream_conditions, answer_s)
+    answer = role.call("tell of the stream", device.stream_conditions, answer_s)
     values: dict[str, float] = {}
     units: dict[str, str] = {}
-    with role.named():
-        for name, (value, unit) in values_and_units.items():
+    try:
+        for name, (value, unit) in answer.items():
             values[Member(role.name, name)] = as_number(value)
             units[Member(role.name, name)] = unit
+    # AttributeError: the driver gave no mapping; TypeError, ValueError: a value is no pair.
+    except (DeviceRejectedError, AttributeError, TypeError, ValueError) as error:
+        raise _conditions_error(role, answer) from error
+    if not all(map(math.isfinite, values.values())):
+        raise _conditions_error(role, answer)
     return values, units
+
+
+def _conditions_error(role: Role, answer: object) -> DeviceRejectedError:
+    return DeviceRejectedError(
+        f"{role.name}: the driver gave {answer!r} as conditions of its stream",
+        hint="a finite number and a unit of each value are needed",
+    )

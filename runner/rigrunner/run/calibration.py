@@ -162,9 +162,9 @@ class _Register:
             return
         # Else the set-points of the drive of the same name; 0 needs no calibration point.
         for step in self.planned.plan.steps:
-            if step.action.led == instrument.channel:
+            if step.action.moves == instrument.channel:
                 text = f"{instrument.channel} is set to"
-                yield from ((value, text) for value in step.action.passes if value)
+                yield from ((value, text) for value in step.action.moves_to if value)
 
     def _is_simulated(self, channel: Member) -> bool:
         return self.planned.registry.is_simulated(*self._source(channel))

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 _T = TypeVar("_T")
 
 
-def told_apart(named: Iterable[tuple[str, _T]]) -> Iterator[tuple[str, _T]]:
+def with_unique_names(named: Iterable[tuple[str, _T]]) -> Iterator[tuple[str, _T]]:
     """Yield the names, the second of equal ones as 'name (2)'."""
     seen = Counter[str]()
     for name, item in named:
@@ -57,7 +57,9 @@ def results_in(document: Mapping[str, Any]) -> list[Mapping[str, Any]]:
 
 def estimates_of_packages(document: Mapping[str, Any]) -> Iterator[tuple[str, Mapping[str, Any]]]:
     """Yield the estimates in keys of packages, by their places, such as 'at 5 Hz'; '' for none."""
-    for name, result in told_apart((_at(result), result) for result in _of_packages(document)):
+    for name, result in with_unique_names(
+        (_at(result), result) for result in _of_packages(document)
+    ):
         yield name, result["estimate"]
 
 

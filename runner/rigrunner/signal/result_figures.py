@@ -21,20 +21,20 @@ Limited = tuple["MeasurementResult", "Limits | None", bool]
 """A result, its limits, and whether it is known to be outside of them."""
 
 
-def over_coordinate(found: Sequence[Limited]) -> tuple[Figure, ...]:
+def over_coordinate(limited_results: Sequence[Limited]) -> tuple[Figure, ...]:
     """Return the figures of the results of one name; none if no coordinate is a number.
 
     The first figure shows the values. If each value has two limits, and their middle differs from
     value to value, a second one shows the distance of the values from the middle: on the scale of
     the first one the limits could not be distinguished.
     """
-    axis = _axis([result for result, _, _ in found])
+    axis = _axis([result for result, _, _ in limited_results])
     if axis is None:
         return ()
-    first = found[0][0]
+    first = limited_results[0][0]
     x_unit = first.coordinates[axis].unit
     groups: dict[str, list[Point]] = {}
-    for result, limits, missed in found:
+    for result, limits, missed in limited_results:
         others = [str(value) for name, value in result.coordinates.items() if name != axis]
         x = float(result.coordinates[axis].in_unit(x_unit).value)
         width = expanded(result.estimate)

@@ -33,7 +33,7 @@ class SampleStatistics:
         _add(self._sums, float(values.sum()))
         _add(self._squares, float(values @ values))
 
-    def found(self) -> dict[str, float]:
+    def by_name(self) -> dict[str, float]:
         """Return every statistic by its name; raise ValueError where no sample was taken."""
         if not self._count:
             raise ValueError("there is no sample to take statistics of")

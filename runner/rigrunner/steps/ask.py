@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 from rigrunner.api.events import Answer, Prompt
 from rigrunner.api.hooks import StepRecord
 from rigrunner.api.names import Name, Text
-from rigrunner.api.steps import NOTHING, Action, Found, StepSettings
+from rigrunner.api.steps import NOTHING, Action, StepResult, StepSettings
 from rigrunner.procedure.answers import Expected
 from rigrunner.procedure.questions import Picture, Question
 
@@ -51,7 +51,7 @@ class Ask(Action):
     """The path of a picture to show; empty for none."""
     expected: Expected = field(default_factory=Expected)
 
-    def do(self, step: str, doing: Session) -> Found:
+    def do(self, step: str, doing: Session) -> StepResult:
         """Ask until an answer is accepted."""
         expected = self.expected
         # Recorded first: the question is known also if no one answers.

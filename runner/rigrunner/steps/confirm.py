@@ -10,7 +10,7 @@ from rigrunner.api.events import Answer, Prompt
 from rigrunner.api.hooks import StepRecord
 from rigrunner.api.names import Name, Text
 from rigrunner.api.settings import YesNo
-from rigrunner.api.steps import NOTHING, Action, Found, StepSettings
+from rigrunner.api.steps import NOTHING, Action, StepResult, StepSettings
 from rigrunner.procedure.answers import Expected
 from rigrunner.procedure.questions import Picture
 
@@ -65,7 +65,7 @@ class Confirm(Action):
         """Whether a resumed run keeps the answer: if it is an input."""
         return bool(self.into)
 
-    def do(self, step: str, doing: Session) -> Found:
+    def do(self, step: str, doing: Session) -> StepResult:
         """Ask; raise AbortedError for a 'no' that is not an input."""
         choices = (YES, NO)
         doing.emit(Prompt, step=step, text=self.text, picture=self.picture, choices=choices)

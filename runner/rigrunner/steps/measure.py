@@ -12,7 +12,7 @@ from pydantic import Field
 from rigrunner.api.hooks import StepRecord
 from rigrunner.api.names import Name
 from rigrunner.api.settings import PositiveDuration
-from rigrunner.api.steps import NONE, Action, Found, Rows, StepSettings
+from rigrunner.api.steps import NONE, Action, Rows, StepResult, StepSettings
 from rigrunner.procedure.options import Channels, Limits, OnFail, Repeatable, Retries, Timeout
 
 if TYPE_CHECKING:
@@ -80,14 +80,14 @@ class Measure(Action):
         return self.name
 
     @property
-    def known(self) -> tuple[Mapping[str, float], Mapping[str, str]]:
+    def setpoints_and_units(self) -> tuple[Mapping[str, float], Mapping[str, str]]:
         """Set-points of the drives, and the units."""
         return self.setpoints, self.units
 
-    def do(self, step: str, doing: Session) -> Found:  # noqa: ARG002  (its errors name the role)
+    def do(self, step: str, doing: Session) -> StepResult:  # noqa: ARG002  (its errors name the role)
         """Read, or average."""
         readings = doing.observe(self.told) if self.told else NONE
-        return Found(self._values(doing), self.units, readings=readings)
+        return StepResult(self._values(doing), self.units, readings=readings)
 
     def _values(self, doing: Session) -> Mapping[str, float]:
         if not self.channels:

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 from rigrunner.api.hooks import StepRecord
 from rigrunner.api.names import Text
-from rigrunner.api.steps import NOTHING, Action, Found, StepSettings
+from rigrunner.api.steps import NOTHING, Action, StepResult, StepSettings
 
 if TYPE_CHECKING:
     from rigrunner.api.steps import Doing, Planning
@@ -27,7 +27,7 @@ class Note(Action):
     kind = "note"
     text: str
 
-    def do(self, step: str, doing: Doing) -> Found:
+    def do(self, step: str, doing: Doing) -> StepResult:
         """Record it."""
         doing.note(step, self.text)
         return NOTHING

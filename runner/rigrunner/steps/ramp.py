@@ -11,7 +11,7 @@ from pydantic import Field, model_validator
 from rigrunner.api.hooks import StepRecord
 from rigrunner.api.member import Member
 from rigrunner.api.settings import AnyQuantity, PositiveDuration
-from rigrunner.api.steps import NONE, Action, Found, StepSettings
+from rigrunner.api.steps import NONE, Action, StepResult, StepSettings
 from rigrunner.procedure.options import Repeatable, Retries, Timeout
 from rigrunner.procedure.refusals import require_one
 
@@ -61,19 +61,19 @@ class Ramp(Action):
     duration_s: float
 
     @cached_property
-    def led(self) -> Member:
+    def moves(self) -> Member:
         """The drive."""
         return Member(self.role, self.drive)
 
     @property
-    def passes(self) -> tuple[float, float]:
+    def moves_to(self) -> tuple[float, float]:
         """Start and end."""
         return (self.start, self.end)
 
-    def do(self, step: str, doing: Session) -> Found:  # noqa: ARG002  (its errors name the drive)
+    def do(self, step: str, doing: Session) -> StepResult:  # noqa: ARG002  (its errors name the drive)
         """Set the drive repeatedly, so that it follows the line from start to end."""
         actual = doing.ramp(self.role, self.drive, self.start, self.end, self.duration_s)
-        return Found({self.led: actual}, {self.led: self.unit}, NONE)
+        return StepResult({self.moves: actual}, {self.moves: self.unit}, NONE)
 
 
 def plan(ramp: RampStep, planning: Planning) -> None:

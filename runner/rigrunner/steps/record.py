@@ -17,7 +17,7 @@ from rigrunner.api.events import Samples
 from rigrunner.api.hooks import StepRecord
 from rigrunner.api.member import Member
 from rigrunner.api.settings import ListOf, PositiveDuration
-from rigrunner.api.steps import Action, Found, StepSettings
+from rigrunner.api.steps import Action, StepResult, StepSettings
 from rigrunner.procedure.options import (
     Channels,
     Cycles,
@@ -111,15 +111,15 @@ class Record(Action):
         return self.name if self.kept else ""
 
     @property
-    def known(self) -> tuple[Mapping[str, float], Mapping[str, str]]:
+    def setpoints_and_units(self) -> tuple[Mapping[str, float], Mapping[str, str]]:
         """Set-points of the drives, and the units."""
         return self.setpoints, self.units
 
-    def again(self, total: int) -> Record:
+    def for_attempt(self, total: int) -> Record:
         """Return it with a unique name, since each attempt makes a recording."""
         return self if total == 1 else replace(self, name=f"{self.name}_try{total}")
 
-    def do(self, step: str, doing: Session) -> Found:  # noqa: ARG002  (its errors name the role)
+    def do(self, step: str, doing: Session) -> StepResult:  # noqa: ARG002  (its errors name the role)
         """Record each block as it comes, and what can be read meanwhile."""
         from rigrunner.engine.recorded import RecordedStatistics  # noqa: PLC0415  (numpy: to check a procedure needs none)
 
@@ -131,7 +131,7 @@ class Record(Action):
             statistics.take(block.channels)
         streamed, streamed_units = rig.stream_conditions(self.role)
         values, units = {**conditions, **streamed}, {**self.units, **units, **streamed_units}
-        return Found(values, units, rig.truth(self.role), statistics.found())
+        return StepResult(values, units, rig.truth(self.role), statistics.by_name())
 
 
 def plan(record: RecordStep, planning: Planning) -> None:

@@ -14,7 +14,7 @@ from rigrunner.api.hooks import StepRecord
 from rigrunner.api.member import Member
 from rigrunner.api.names import Name
 from rigrunner.api.settings import AnyQuantity, ListOf, PositiveDuration
-from rigrunner.api.steps import NONE, Action, Found, Rows, StepSettings
+from rigrunner.api.steps import NONE, Action, Rows, StepResult, StepSettings
 from rigrunner.procedure.options import Channels, Limits, Repeatable, Retries, Timeout
 from rigrunner.steps.set_drives import SetDrive
 
@@ -85,49 +85,49 @@ class Scan(Action):
     """Whether the first value out of limits ends scan and run."""
 
     @cached_property
-    def led(self) -> Member:
+    def moves(self) -> Member:
         """The drive."""
         return Member(self.role, self.drive)
 
     @property
-    def passes(self) -> tuple[float, ...]:
+    def moves_to(self) -> tuple[float, ...]:
         """The set-points."""
         return self.values
 
     @property
-    def brings_back(self) -> SetDrive:
+    def restoring(self) -> SetDrive:
         """The action that sets the drive to its last set-point, without reading again."""
-        return SetDrive(self.role, self.drive, self.values[-1], self.units[self.led])
+        return SetDrive(self.role, self.drive, self.values[-1], self.units[self.moves])
 
     @property
     def rows(self) -> Rows:
         """A row for each set-point."""
-        where = tuple({**self.setpoints, self.led: value} for value in self.values)
+        where = tuple({**self.setpoints, self.moves: value} for value in self.values)
         return Rows(self.name, self.channels, self.units, where)
 
     @property
-    def known(self) -> tuple[Mapping[str, float], Mapping[str, str]]:
+    def setpoints_and_units(self) -> tuple[Mapping[str, float], Mapping[str, str]]:
         """Set-points of the other drives, and the units."""
         return self.setpoints, self.units
 
     @property
-    def judged(self) -> tuple[ValueLimit, ...]:
+    def checked_limits(self) -> tuple[ValueLimit, ...]:
         """The limits of each row."""
         return self.limits
 
     def where(self, point: int) -> str:
         """Return 'press.load 20 N (point 2 of 10)'."""
         number = f"point {point + 1} of {len(self.values)}"
-        return f"{self.led} {self.values[point]:g} {self.units[self.led]} ({number})"
+        return f"{self.moves} {self.values[point]:g} {self.units[self.moves]} ({number})"
 
-    def do(self, step: str, doing: Session) -> Found:
+    def do(self, step: str, doing: Session) -> StepResult:
         """Do all points, recording each before the next; return the values of the last one.
 
         Between two points the same happens as between two steps: the run can be stopped or paused,
         and all interlocks are read. The first row out of limits ends it if the procedure says so,
         and is named in what is returned. Raises the errors of the devices, with the set-point.
         """
-        emit, member = doing.emit, self.led
+        emit, member = doing.emit, self.moves
         move, read = doing.leader(self.role, self.drive), doing.reader(self.channels)
         values: Mapping[str, float] = NONE
         for point, value in enumerate(self.values):
@@ -154,8 +154,8 @@ class Scan(Action):
             if self.limits:
                 missed = doing.judge(step, self.limits, values, partial(self.where, point))
                 if missed and self.stops_at_limit:
-                    return Found(values, self.units, NONE, missed=missed)
-        return Found(values, self.units, NONE)
+                    return StepResult(values, self.units, NONE, missed=missed)
+        return StepResult(values, self.units, NONE)
 
 
 def plan(scan: ScanStep, planning: Planning) -> None:

@@ -11,7 +11,7 @@ from pydantic import Field, model_validator
 from rigrunner.api.hooks import StepRecord
 from rigrunner.api.member import Member
 from rigrunner.api.settings import AnyQuantity
-from rigrunner.api.steps import NONE, Action, Found, StepSettings
+from rigrunner.api.steps import NONE, Action, StepResult, StepSettings
 from rigrunner.procedure.options import Repeatable, Retries, Timeout
 
 if TYPE_CHECKING:
@@ -77,20 +77,20 @@ class SetDrive(Action):
     unit: str
 
     @property
-    def led(self) -> Member:
+    def moves(self) -> Member:
         """The drive."""
         return _member(self.role, self.drive)
 
     @property
-    def passes(self) -> tuple[float]:
+    def moves_to(self) -> tuple[float]:
         """The set-point."""
         return (self.value,)
 
-    def do(self, step: str, doing: Session) -> Found:  # noqa: ARG002  (its errors name the drive)
+    def do(self, step: str, doing: Session) -> StepResult:  # noqa: ARG002  (its errors name the drive)
         """Set the drive: at once, or at the rate in the station."""
         doing.check()
         actual = doing.lead(self.role, self.drive, self.value)
-        return Found({self.led: actual}, {self.led: self.unit}, NONE)
+        return StepResult({self.moves: actual}, {self.moves: self.unit}, NONE)
 
 
 def plan(targets: SetStep, planning: Planning) -> None:

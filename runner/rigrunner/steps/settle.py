@@ -9,7 +9,7 @@ from pydantic import model_validator
 
 from rigrunner.api.hooks import StepRecord
 from rigrunner.api.settings import PositiveDuration
-from rigrunner.api.steps import NOTHING, Action, Found, StepSettings
+from rigrunner.api.steps import NOTHING, Action, StepResult, StepSettings
 from rigrunner.procedure.options import Cycles
 from rigrunner.procedure.refusals import require_one
 
@@ -40,7 +40,7 @@ class Settle(Action):
     settles = True
     duration_s: float
 
-    def do(self, step: str, doing: Doing) -> Found:  # noqa: ARG002  (there is nothing to report)
+    def do(self, step: str, doing: Doing) -> StepResult:  # noqa: ARG002  (there is nothing to report)
         """Wait."""
         doing.wait(self.duration_s)
         return NOTHING

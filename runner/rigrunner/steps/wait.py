@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 from rigrunner.api.hooks import StepRecord
 from rigrunner.api.names import Text
 from rigrunner.api.settings import PositiveDuration
-from rigrunner.api.steps import NOTHING, Action, Found, StepSettings
+from rigrunner.api.steps import NOTHING, Action, StepResult, StepSettings
 
 if TYPE_CHECKING:
     from rigrunner.api.steps import Doing, Planning
@@ -30,7 +30,7 @@ class Wait(Action):
     kind = "wait"
     duration_s: float
 
-    def do(self, step: str, doing: Doing) -> Found:  # noqa: ARG002  (there is nothing to report)
+    def do(self, step: str, doing: Doing) -> StepResult:  # noqa: ARG002  (there is nothing to report)
         """Wait."""
         doing.wait(self.duration_s)
         return NOTHING

@@ -11,7 +11,7 @@ from rigrunner.api.errors import DataError
 from rigrunner.api.hooks import StepRecord
 from rigrunner.api.member import Member
 from rigrunner.api.settings import AnyQuantity, PositiveDuration
-from rigrunner.api.steps import Action, Found, StepSettings
+from rigrunner.api.steps import Action, StepResult, StepSettings
 from rigrunner.procedure.options import Limits, OnFail, Repeatable, Retries, Timeout
 
 if TYPE_CHECKING:
@@ -57,7 +57,7 @@ class Zero(Action):
         """The role of the channel."""
         return self.role
 
-    def do(self, step: str, doing: Session) -> Found:  # noqa: ARG002  (its errors name the channel)
+    def do(self, step: str, doing: Session) -> StepResult:  # noqa: ARG002  (its errors name the channel)
         """Read it; raise DataError if its mean is too far from zero."""
         import numpy as np  # noqa: PLC0415  (to check a procedure needs none)
 
@@ -76,7 +76,9 @@ class Zero(Action):
                 hint="is the rig at rest and unloaded? if so, adjust the instrument's zero",
             )
         scatter = scatter_of_mean(np.concatenate(samples))
-        return Found({name: mean}, {name: self.unit}, scatter={name: scatter} if scatter else {})
+        return StepResult(
+            {name: mean}, {name: self.unit}, scatter={name: scatter} if scatter else {}
+        )
 
 
 def plan(zero: ZeroStep, planning: Planning) -> None:

@@ -26,9 +26,9 @@ class RecordedPauses:
         self._pauses = pauses
         self._wire = wire
 
-    def wanted(self) -> str:
+    def requested_by(self) -> str:
         """Return who requests a pause."""
-        return self._wire.exchange(_WANTED, self._pauses.wanted)
+        return self._wire.exchange(_WANTED, self._pauses.requested_by)
 
     def decide(self, paused: Paused, watch: Callable[[], None]) -> Decision:
         """Return the decision; each check of the interlocks until then is recorded.
@@ -67,7 +67,7 @@ class ReplayedPauses:
     def __init__(self, wire: ReplayWire) -> None:
         self._wire = wire
 
-    def wanted(self) -> str:
+    def requested_by(self) -> str:
         """Return who requested a pause."""
         return str(self._wire.reading(_WANTED) or "")
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -85,12 +86,20 @@ class _Rows:
         index = self.names.index(name)
         numbers = []
         for line, row in self.rows:
-            try:
-                numbers.append(float(row[index]))
-            except ValueError:
-                message = f"{name}: '{row[index][:40]}' is not a number"
-                raise _invalid(self.file, line, message) from None
+            number = _number(row[index])
+            if number is None:
+                raise _invalid(self.file, line, f"{name}: '{row[index][:40]}' is not a number")
+            numbers.append(number)
         return np.array(numbers)
+
+
+def _number(cell: str) -> float | None:
+    try:
+        number = float(cell)
+    except ValueError:
+        return None
+    # Python's float would take 1_000 for a number.
+    return number if math.isfinite(number) and "_" not in cell else None
 
 
 def _invalid(file: str, line: int, message: str, hint: str = "") -> InvalidFileError:

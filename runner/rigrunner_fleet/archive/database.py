@@ -22,9 +22,9 @@ _PATIENCE_S = 60
 """How long SQLite waits for another writing process."""
 _WRITES = "rigrunner_writes"
 _DAMAGED = ("SQLITE_CORRUPT", "SQLITE_NOTADB")
-_OLDER = tuple(str(each) for each in range(1, VERSION))
+_OLDER = tuple(str(number) for number in range(1, VERSION))
 _NO_SERVER = "is the server running, and may this machine reach it? A file needs no server"
-_MAKES_ANEW = "'rigrunner archive index FOLDER' rebuilds it from the run files"
+_REBUILD = "'rigrunner archive index FOLDER' rebuilds it from the run files"
 
 
 class Database:
@@ -46,8 +46,8 @@ class Database:
     def reading(self) -> Iterator[Connection]:
         """Yield a connection on one state of the archive; raise UsageError without an archive."""
         if self.file is not None and not self.file.is_file():
-            raise self._none()
-        with self._told(), self._engine.connect() as connection:
+            raise self._no_archive()
+        with self._data_errors(), self._engine.connect() as connection:
             self._check(connection)
             yield connection
 
@@ -56,7 +56,7 @@ class Database:
         """Yield a connection in a transaction, which is committed if nothing is raised."""
         options = {_WRITES: True}
         with (
-            self._told(),
+            self._data_errors(),
             self._engine.connect().execution_options(**options) as connection,
             connection.begin(),
         ):
@@ -71,13 +71,13 @@ class Database:
             raise UsageError(f"there is no folder {self.file.parent}")
         if self.file is not None:
             # Readers read during writes; the file keeps this setting.
-            with self._told(), self._engine.connect() as connection:
+            with self._data_errors(), self._engine.connect() as connection:
                 connection.connection.driver_connection.execute("PRAGMA journal_mode=WAL")  # type: ignore[union-attr]  # it is open
         try:
             with self.writing() as connection:
                 self._make(connection)
         except DataError:
-            if not self._is_made():  # by another process, at the same moment
+            if not self._exists():  # by another process, at the same moment
                 raise
 
     def empty(self) -> None:
@@ -90,7 +90,7 @@ class Database:
         """Close the database."""
         self._engine.dispose()
 
-    def _is_made(self) -> bool:
+    def _exists(self) -> bool:
         try:
             with self.reading():
                 return True
@@ -109,7 +109,7 @@ class Database:
 
     def _check(self, connection: Connection) -> None:
         if not inspect(connection).has_table(ABOUT.name):
-            raise self._none()
+            raise self._no_archive()
         version = self._version(connection)
         if version != str(VERSION):
             older = "'rigrunner archive index FOLDER' updates it"
@@ -120,38 +120,38 @@ class Database:
             )
 
     def _version(self, connection: Connection) -> str | None:
-        found: str | None = connection.scalar(
+        version: str | None = connection.scalar(
             select(ABOUT.c.value).where(ABOUT.c.name == "version")
         )
-        return found
+        return version
 
-    def _none(self) -> UsageError:
+    def _no_archive(self) -> UsageError:
         return UsageError(
             f"there is no archive {self.shown}", hint="'rigrunner archive index FOLDER' creates it"
         )
 
     @contextmanager
-    def _told(self) -> Iterator[None]:
+    def _data_errors(self) -> Iterator[None]:
         try:
             yield
         except SQLAlchemyError as error:
             # There was no connection: PostgreSQL gives such a failure no SQLSTATE.
             sqlstate = getattr(getattr(error, "orig", None), "sqlstate", "")
             if isinstance(error, OperationalError) and sqlstate is None:
-                message = f"the database {self.shown} cannot be reached: {_words(error)}"
+                message = f"the database {self.shown} cannot be reached: {_message(error)}"
                 raise DataError(message, hint=_NO_SERVER) from error
             raise DataError(
-                f"the database {self.shown} reported an error", hint=_words(error)
+                f"the database {self.shown} reported an error", hint=_message(error)
             ) from error
 
 
-def _words(error: SQLAlchemyError) -> str:
+def _message(error: SQLAlchemyError) -> str:
     """Return the message of the database, on one line."""
-    said = str(error.orig) if isinstance(error, DBAPIError) else str(error)
-    whole = " ".join(said.split())
+    message = str(error.orig) if isinstance(error, DBAPIError) else str(error)
+    line = " ".join(message.split())
     if str(getattr(getattr(error, "orig", None), "sqlite_errorname", "")).startswith(_DAMAGED):
-        return f"{whole}: if it is an archive, remove the file; {_MAKES_ANEW}"
-    return whole
+        return f"{line}: if it is an archive, remove the file; {_REBUILD}"
+    return line
 
 
 def _engine(location: URL) -> Engine:
@@ -172,7 +172,7 @@ def _engine(location: URL) -> Engine:
 def _set_up_sqlite(connection: Any, _: object) -> None:
     connection.isolation_level = None  # transactions begin where we say: see _begin_sqlite
     connection.execute("PRAGMA foreign_keys=ON")
-    connection.execute("PRAGMA synchronous=NORMAL")  # after a power cut it is whole, maybe older
+    connection.execute("PRAGMA synchronous=NORMAL")  # after a power cut it is intact, maybe older
 
 
 def _begin_sqlite(connection: Connection) -> None:

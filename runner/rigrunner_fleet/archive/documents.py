@@ -30,10 +30,10 @@ def number(value: object) -> float | None:
     if isinstance(value, bool) or not isinstance(value, int | float):
         return None
     try:
-        found = float(value)
+        result = float(value)
     except OverflowError:
         return None
-    return found if isfinite(found) else None
+    return result if isfinite(result) else None
 
 
 def degrees_of_freedom(value: object) -> float | None:
@@ -48,17 +48,19 @@ def text(value: object) -> str | None:
 
 def key(value: object) -> str | None:
     """Return a text for an indexed column, shortened to the limit of the index."""
-    found = text(value)
-    return found if found is None or len(found) <= LONGEST_KEY else f"{found[: LONGEST_KEY - 1]}…"
+    string = text(value)
+    if string and len(string) > LONGEST_KEY:
+        return f"{string[: LONGEST_KEY - 1]}…"
+    return string
 
 
 def digest(value: object) -> str | None:
     """Return a digest in hexadecimal digits; an older run has an empty one."""
-    found = text(value)
-    return None if found is None or not re.fullmatch("([0-9a-f]{2})*", found) else found
+    string = text(value)
+    return None if string is None or not re.fullmatch("([0-9a-f]{2})*", string) else string
 
 
-def whole(value: object) -> int | None:
+def count(value: object) -> int | None:
     """Return a whole number that is small enough for a column."""
     fits = isinstance(value, int) and not isinstance(value, bool) and abs(value) < 1 << 31
     return value if fits and isinstance(value, int) else None
@@ -66,22 +68,22 @@ def whole(value: object) -> int | None:
 
 def rows(value: object) -> Iterator[dict[str, Any]]:
     """Yield the mappings of a list."""
-    for each in value if isinstance(value, list) else ():
-        if isinstance(each, dict):
-            yield each
+    for entry in value if isinstance(value, list) else ():
+        if isinstance(entry, dict):
+            yield entry
 
 
-def named(value: object) -> Iterator[tuple[str, dict[str, Any]]]:
+def mappings(value: object) -> Iterator[tuple[str, dict[str, Any]]]:
     """Yield the mappings of a mapping, with their names."""
-    for name, each in value.items() if isinstance(value, dict) else ():
-        if isinstance(each, dict):
-            yield storable(str(name)), each
+    for name, entry in value.items() if isinstance(value, dict) else ():
+        if isinstance(entry, dict):
+            yield storable(str(name)), entry
 
 
 def moment(value: object) -> datetime | None:
     """Return an ISO 8601 time with its zone; UTC if it has none."""
     try:
-        found = datetime.fromisoformat(value if isinstance(value, str) else "")
-        return found.astimezone(UTC) if found.tzinfo else found.replace(tzinfo=UTC)
+        time = datetime.fromisoformat(value if isinstance(value, str) else "")
+        return time.astimezone(UTC) if time.tzinfo else time.replace(tzinfo=UTC)
     except (ValueError, OverflowError):
         return None

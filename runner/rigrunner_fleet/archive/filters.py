@@ -38,7 +38,7 @@ those of that set-point, else those of the result of the run."""
 NOMINAL = "frequency"
 """A nominal value, not a measured one: a single value is accepted as well as a range."""
 NAMED = ("inputs", "figures", "where")
-Words = str | Sequence[str]
+Texts = str | Sequence[str]
 _Read = TypeVar("_Read")
 
 
@@ -67,7 +67,7 @@ class Filters:
     """Count every copy of a run."""
 
 
-def filters_of(**words: Any) -> Filters:
+def filters_of(**filters: Any) -> Filters:
     """Return the filters; raise UsageError for an unknown one or a wrong value.
 
     Texts and choices are a text or several, `inputs` and `figures` mappings of names to them,
@@ -75,47 +75,47 @@ def filters_of(**words: Any) -> Filters:
     coordinates to values, such as {"chamber.temperature": "100 °C"}, `since` and `until` as
     2026-01-31 or with a time. None is no filter.
     """
-    given = {name: value for name, value in words.items() if value not in (None, (), [], {}, "")}
-    unknown = sorted(set(given) - set(KNOWN))
+    terms = {name: value for name, value in filters.items() if value not in (None, (), [], {}, "")}
+    unknown = sorted(set(terms) - set(KNOWN))
     if unknown:
         hint = did_you_mean(unknown[0], KNOWN, f"there are: {', '.join(KNOWN)}", cutoff=0.5)
         raise UsageError(f"there is no filter '{unknown[0]}'", hint=hint)
-    _check_choices(given)
-    results = given.get("result", {})
+    _check_choices(terms)
+    results = terms.get("result", {})
     if not isinstance(results, Mapping):
-        results = dict.fromkeys(_several(results))
+        results = dict.fromkeys(_as_tuple(results))
     return Filters(
-        texts={name: _several(given[name]) for name in (*TEXTS, *CHOICES) if name in given},
-        inputs={name: _several(each) for name, each in given.get("inputs", {}).items()},
+        texts={name: _as_tuple(terms[name]) for name in (*TEXTS, *CHOICES) if name in terms},
+        inputs={name: _as_tuple(patterns) for name, patterns in terms.get("inputs", {}).items()},
         ranges={
-            name: range_of(given[name], dimension, nominal=name == NOMINAL)
+            name: range_of(terms[name], dimension, nominal=name == NOMINAL)
             for name, dimension in RANGES.items()
-            if name in given
+            if name in terms
         },
-        figures={name: range_of(each) for name, each in given.get("figures", {}).items()},
-        results={name: _if_given(range_of, each) for name, each in results.items()},
-        where={name: place_of(str(each)) for name, each in given.get("where", {}).items()},
-        since=_if_given(since, given.get("since")),
-        until=_if_given(until, given.get("until")),
-        real=bool(given.get("real")),
-        copies=bool(given.get("copies")),
+        figures={name: range_of(text) for name, text in terms.get("figures", {}).items()},
+        results={name: _parsed(range_of, text) for name, text in results.items()},
+        where={name: place_of(str(value)) for name, value in terms.get("where", {}).items()},
+        since=_parsed(since, terms.get("since")),
+        until=_parsed(until, terms.get("until")),
+        real=bool(terms.get("real")),
+        copies=bool(terms.get("copies")),
     )
 
 
 KNOWN = (*TEXTS, *CHOICES, *RANGES, *NAMED, "result", "since", "until", "real", "copies")
 
 
-def _check_choices(given: Mapping[str, Any]) -> None:
+def _check_choices(terms: Mapping[str, Any]) -> None:
     for name, allowed in CHOICES.items():
-        for each in _several(given.get(name, ())):
-            if each not in allowed:
+        for choice in _as_tuple(terms.get(name, ())):
+            if choice not in allowed:
                 hint = f"it is one of: {', '.join(allowed)}"
-                raise UsageError(f"there is no {name} '{each}'", hint=hint)
+                raise UsageError(f"there is no {name} '{choice}'", hint=hint)
 
 
-def _several(words: Words) -> tuple[str, ...]:
-    return (words,) if isinstance(words, str) else tuple(words)
+def _as_tuple(texts: Texts) -> tuple[str, ...]:
+    return (texts,) if isinstance(texts, str) else tuple(texts)
 
 
-def _if_given(read: Callable[[str], _Read], text: str | None) -> _Read | None:
+def _parsed(read: Callable[[str], _Read], text: str | None) -> _Read | None:
     return None if text is None else read(text)

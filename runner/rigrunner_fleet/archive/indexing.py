@@ -40,8 +40,8 @@ _BATCH = 64
 """Runs that are read before a transaction writes them, so that no process waits long."""
 
 
-def unseen(done: int, of: int) -> None:
-    """Ignore the progress."""
+def no_progress(done: int, of: int) -> None:
+    """Report no progress."""
 
 
 @dataclass(frozen=True)
@@ -65,7 +65,7 @@ def index(
     *,
     again: bool = False,
     workers: Workers = HERE,
-    progress: Progress = unseen,
+    progress: Progress = no_progress,
 ) -> list[Indexed]:
     """Update an archive from these folders; with `again`, read unchanged runs too.
 
@@ -77,9 +77,9 @@ def index(
     for folder in folders:
         _check(folder)
     database.make()
-    work = [_look(database, folder, again=again) for folder in folders]
-    count = _Count(progress, sum(len(each.stale) for each in work))
-    return [_bring_up_to_date(database, each, workers, count) for each in work]
+    work = [_work_in(database, folder, again=again) for folder in folders]
+    count = _Count(progress, sum(len(folder.stale) for folder in work))
+    return [_update(database, folder, workers, count) for folder in work]
 
 
 def rebuild(
@@ -87,7 +87,7 @@ def rebuild(
     folders: Sequence[Path],
     *,
     workers: Workers = HERE,
-    progress: Progress = unseen,
+    progress: Progress = no_progress,
 ) -> list[Indexed]:
     """Rebuild an archive from these folders, or from those that it knows.
 
@@ -122,50 +122,50 @@ class _Work:
 
     folder: Path
     root: int
-    known: Mapping[str, Known]
-    there: Mapping[str, FoundRun]
+    known_rows: Mapping[str, Known]
+    runs: Mapping[str, FoundRun]
     stale: Sequence[FoundRun]
-    unread: Sequence[tuple[str, str]]
-    """Path and problem of what is skipped: unreadable folders, paths that are too long."""
+    skipped: Sequence[tuple[str, str]]
+    """Path and problem of each skipped run: unreadable folders, paths that are too long."""
 
 
-def _look(database: Database, folder: Path, *, again: bool) -> _Work:
+def _work_in(database: Database, folder: Path, *, again: bool) -> _Work:
     with database.writing() as connection:
         root = root_of(connection, database.file, folder)
-        known = known_runs(connection, root)
-    unread: list[tuple[str, str]] = []
-    every = list(run_folders(folder, lambda *told: unread.append(told)))
-    there = {found.path: found for found in every if len(found.path) <= LONGEST_KEY}
+        known_rows = known_runs(connection, root)
+    skipped: list[tuple[str, str]] = []
+    found_runs = list(run_folders(folder, lambda *entry: skipped.append(entry)))
+    runs = {run.path: run for run in found_runs if len(run.path) <= LONGEST_KEY}
     long = "its path is too long for an archive"
-    unread += [(found.path, long) for found in every if found.path not in there]
+    skipped += [(run.path, long) for run in found_runs if run.path not in runs]
     stale = []
-    for found in there.values():
-        row = known.get(found.path)
-        is_read = row is not None and not row.missing and found.stamp and row.stamp == found.stamp
+    for run in runs.values():
+        row = known_rows.get(run.path)
+        is_read = row is not None and not row.missing and run.stamp and row.stamp == run.stamp
         if again or not is_read:
-            stale.append(found)
-    return _Work(folder, root, known, there, stale, unread)
+            stale.append(run)
+    return _Work(folder, root, known_rows, runs, stale, skipped)
 
 
-def _bring_up_to_date(database: Database, work: _Work, workers: Workers, count: _Count) -> Indexed:
-    unreadable = [*work.unread]
+def _update(database: Database, work: _Work, workers: Workers, count: _Count) -> Indexed:
+    unreadable = [*work.skipped]
     for facts in _batches(map(_facts, workers.outcomes(read_facts, work.stale, Event()))):
         with database.writing() as connection:
             store(connection, work.root, facts)
-        unreadable += [(each.found.path, each.problem) for each in facts if each.problem]
+        unreadable += [(run.found_run.path, run.problem) for run in facts if run.problem]
         count.add(len(facts))
-    gone = [known.id for path, known in work.known.items() if path not in work.there]
+    gone = [row.id for path, row in work.known_rows.items() if path not in work.runs]
     with database.writing() as connection:
         mark_missing(connection, gone)
         forget_moved(connection, work.root)
-        left = [path for path, row in known_runs(connection, work.root).items() if row.missing]
+        missing = [path for path, row in known_runs(connection, work.root).items() if row.missing]
     return Indexed(
         folder=work.folder,
-        runs=len(work.there),
-        new=sum(found.path not in work.known for found in work.stale),
-        changed=sum(found.path in work.known for found in work.stale),
+        runs=len(work.runs),
+        new=sum(run.path not in work.known_rows for run in work.stale),
+        changed=sum(run.path in work.known_rows for run in work.stale),
         unreadable=tuple(sorted(unreadable)),
-        missing=tuple(sorted(left)),
+        missing=tuple(sorted(missing)),
     )
 
 
@@ -187,14 +187,14 @@ def _facts(done: Done[FoundRun, RunFacts]) -> RunFacts:
 
     The cause of the death may be something else, such as a lack of memory.
     """
-    read = done.answer.value
-    if read is not None:
-        return read
+    facts = done.answer.value
+    if facts is not None:
+        return facts
     return RunFacts(replace(done.item, files=()), {"problem": storable(done.problem)})
 
 
-def _batches(every: Iterable[RunFacts]) -> Iterator[list[RunFacts]]:
+def _batches(facts: Iterable[RunFacts]) -> Iterator[list[RunFacts]]:
     """Yield batches in the order of their paths: all processes lock rows in the same order."""
-    rest = iter(every)
-    while batch := list(islice(rest, _BATCH)):
-        yield sorted(batch, key=lambda one: one.found.path)
+    remaining = iter(facts)
+    while batch := list(islice(remaining, _BATCH)):
+        yield sorted(batch, key=lambda run_facts: run_facts.found_run.path)

@@ -25,7 +25,7 @@ def location_of(database: str, folders: Sequence[Path]) -> URL:
     Raises UsageError for several folders without a database, and for an unknown kind of database.
     """
     if database:
-        return _named(database)
+        return _parse_location(database)
     if len(folders) != 1:
         raise UsageError(
             "several folders need one database for all", hint=f"give --database: {_HINT}"
@@ -38,7 +38,7 @@ def file_of(location: URL) -> Path | None:
     return Path(location.database or "") if location.drivername == "sqlite" else None
 
 
-def _named(database: str) -> URL:
+def _parse_location(database: str) -> URL:
     if "://" not in database:
         return URL.create("sqlite", database=str(Path(database).absolute()))
     try:

@@ -50,12 +50,14 @@ def rows(archive: Database, table: str, filters: Filters, *, limit: int | None =
         raise UsageError(f"a limit of {limit} selects nothing")
     with archive.reading() as connection:
         statement = select_rows(table, filters, connection.dialect, limit)
-        found = connection.execute(statement).all()
-    columns = {each.name: each.type.python_type for each in statement.selected_columns[:-_PLACE]}
-    roots = {root: root_folder(archive.file, root) for root in {row[-_PLACE] for row in found}}
-    folders = (str(PurePath(roots[row[-_PLACE]], row[-1])) for row in found)
+        hits = connection.execute(statement).all()
+    columns = {
+        column.name: column.type.python_type for column in statement.selected_columns[:-_PLACE]
+    }
+    roots = {root: root_folder(archive.file, root) for root in {row[-_PLACE] for row in hits}}
+    folders = (str(PurePath(roots[row[-_PLACE]], row[-1])) for row in hits)
     return Rows(
         table=table,
         columns={**columns, FOLDER: str},
-        values=tuple((*row[:-_PLACE], folder) for row, folder in zip(found, folders, strict=True)),
+        values=tuple((*row[:-_PLACE], folder) for row, folder in zip(hits, folders, strict=True)),
     )

@@ -42,10 +42,10 @@ def range_of(text: str, dimension: str | None = None, *, nominal: bool = False) 
         raise _no_range(text)
     low, high = _with_units(low.strip(), high.strip())
     first, last = _end(low, text, dimension), _end(high, text, dimension)
-    found = next(each for each in (first, last) if each is not None)
+    dimension = next(end[1] for end in (first, last) if end is not None)
     if first is not None and last is not None and first[1] != last[1]:
         raise UsageError(f"'{text}' combines a {first[1]} with a {last[1]}")
-    result = Range(-inf if first is None else first[0], inf if last is None else last[0], found[1])
+    result = Range(-inf if first is None else first[0], inf if last is None else last[0], dimension)
     if result.low > result.high:
         raise UsageError(f"'{text}' is empty", hint="the smaller value comes first")
     return result
@@ -86,8 +86,8 @@ def _moment(text: str) -> datetime:
         if _DAY.fullmatch(text.strip()):
             day = date.fromisoformat(text.strip())
             return datetime(day.year, day.month, day.day, tzinfo=UTC)
-        found = datetime.fromisoformat(text.strip())
-        return found.astimezone(UTC) if found.tzinfo else found.replace(tzinfo=UTC)
+        time = datetime.fromisoformat(text.strip())
+        return time.astimezone(UTC) if time.tzinfo else time.replace(tzinfo=UTC)
     except (ValueError, OverflowError) as error:
         raise UsageError(
             f"'{text}' is not a date or time",
@@ -100,9 +100,9 @@ def _nominal(text: str, written: str, dimension: str | None, *, nominal: bool) -
         raise _no_range(text)
     end = _end(written, text, dimension)
     assert end is not None  # noqa: S101  (only an empty end is None, and then there were dots)
-    value, found = end
+    value, dimension = end
     near = abs(value) * _NOMINAL
-    return Range(value - near, value + near, found)
+    return Range(value - near, value + near, dimension)
 
 
 def _with_units(low: str, high: str) -> tuple[str, str]:
@@ -115,18 +115,18 @@ def _with_units(low: str, high: str) -> tuple[str, str]:
 
 
 def _unit_of(text: str) -> str:
-    found = _BARE.match(text)
-    return text[found.end() :] if found else ""
+    number = _BARE.match(text)
+    return text[number.end() :] if number else ""
 
 
-def _end(text: str, whole: str, dimension: str | None) -> tuple[float, str] | None:
-    if not text:
+def _end(end: str, text: str, dimension: str | None) -> tuple[float, str] | None:
+    if not end:
         return None
     try:
-        found = parse_quantity(text, dimension)
+        quantity = parse_quantity(end, dimension)
     except QuantityError as error:
-        raise UsageError(f"'{whole}': {error.message}", hint=error.hint or _EXAMPLES) from error
-    return found.si, found.dimension
+        raise UsageError(f"'{text}': {error.message}", hint=error.hint or _EXAMPLES) from error
+    return quantity.si, quantity.dimension
 
 
 def _no_range(text: str) -> UsageError:

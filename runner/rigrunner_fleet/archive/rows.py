@@ -30,7 +30,7 @@ FOLDER = "folder"
 _DTYPES: dict[type, Any] = {float: "float64", datetime: "datetime64[us, UTC]"}
 _UNITS = {"nm": "N·m", "hz": "Hz", "n": "N"}
 """The suffixes of column names that stand for units."""
-_WITHOUT_UNKNOWN: dict[type, Any] = {int: "int64", bool: "bool"}
+_WITHOUT_NONE: dict[type, Any] = {int: "int64", bool: "bool"}
 """Types in data frames; integers and truth values with unknown entries stay objects there."""
 
 
@@ -80,8 +80,8 @@ class Rows:
         )
         dtypes = {}
         for name, kind in self.columns.items():
-            known = {} if None in columns.get(name, ()) else _WITHOUT_UNKNOWN
-            dtypes[name] = {**_DTYPES, **known}.get(kind, object)
+            exact = {} if None in columns.get(name, ()) else _WITHOUT_NONE
+            dtypes[name] = {**_DTYPES, **exact}.get(kind, object)
         return frame.astype(dtypes)
 
     def to_xarray(self) -> xr.Dataset:
@@ -114,9 +114,9 @@ class Rows:
         groups: dict[str, list[Point]] = {}
         halves = self.column(bars) if bars in self.columns else [None] * len(self)
         columns = (self.column("started_utc"), self.column(value), self.column(by), halves)
-        for started, found, name, half in zip(*columns, strict=True):
-            if started is not None and found is not None:
-                groups.setdefault(str(name), []).append(Point(started.timestamp(), found, half))
+        for started, number, name, half in zip(*columns, strict=True):
+            if started is not None and number is not None:
+                groups.setdefault(str(name), []).append(Point(started.timestamp(), number, half))
         series = tuple(Series(name, tuple(points)) for name, points in groups.items())
         label, _, suffix = value.rpartition("_")
         axis = Axis(label, _UNITS[suffix]) if suffix in _UNITS else Axis(value)

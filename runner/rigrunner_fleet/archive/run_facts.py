@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 RUN_FILE = "run.h5"
 NAMED_INPUTS = ("specimen", "type", "lot", "operator")
 """Inputs of a procedure that have a column of their own."""
-_DECIDED = ("verdict", "rule", "limit_text", "probability_of_conformity")
+_DECISION_COLUMNS = ("verdict", "rule", "limit_text", "probability_of_conformity")
 _LATEST_NS = (1 << 63) - 1
 """The range of a column; times of some file systems are far beyond."""
 
@@ -37,7 +37,7 @@ _LATEST_NS = (1 << 63) - 1
 class RunFacts:
     """The rows of one run folder."""
 
-    found: FoundRun
+    found_run: FoundRun
     run: Row
     """The columns of the run itself; if it cannot be read, its `problem` alone."""
     parts: Mapping[str, list[Row]] = field(default_factory=dict)
@@ -49,44 +49,44 @@ class RunFacts:
         return str(self.run["problem"])
 
 
-def read_facts(found: FoundRun) -> RunFacts:
+def read_facts(found_run: FoundRun) -> RunFacts:
     """Read a run folder; a damaged one gives its problem instead of an error."""
     try:
-        sealed = found.folder / RUN_FILE
+        sealed = found_run.folder / RUN_FILE
         if sealed.exists() and not sealed.is_file():  # to open a pipe would never end
             raise DataError(f"{sealed} is not a regular file")
-        summary = read_summary(found.folder)
+        summary = read_summary(found_run.folder)
         later: Sequence[DecisionFile] = ()
-        if any(file.name.startswith("decision-") for file in found.files):
+        if any(file.name.startswith("decision-") for file in found_run.files):
             from rigrunner.run.decisions import later_decisions  # noqa: PLC0415  (it loads the analysis; few runs need it)
 
-            later = later_decisions(summary, found.folder)
-        return _facts(found, summary, later)
+            later = later_decisions(summary, found_run.folder)
+        return _facts(found_run, summary, later)
     except RigrunnerError as error:
-        return RunFacts(found, {"problem": storable(str(error))})
+        return RunFacts(found_run, {"problem": storable(str(error))})
 
 
-def _facts(found: FoundRun, summary: RunSummary, later: Sequence[DecisionFile]) -> RunFacts:
+def _facts(found_run: FoundRun, summary: RunSummary, later: Sequence[DecisionFile]) -> RunFacts:
     document = summary.result_document
     # The run's own and all later ones; the last one is in force.
-    decided = [*_own(summary), *_later(later, summary)]
+    records = [*_own(summary), *_later(later, summary)]
     decisions = [
-        {**each, "number": number, "in_force": number == len(decided)}
-        for number, each in enumerate(decided, 1)
+        {**entry, "number": number, "in_force": number == len(records)}
+        for number, entry in enumerate(records, 1)
     ]
-    judged = later[-1].document["decision"] if later else at(document, "decision")
+    binding = later[-1].document["decision"] if later else at(document, "decision")
     in_force = decisions[-1] if decisions else {}
     inputs = {key(name): text(value) for name, value in summary.inputs.items()}
     run = {
         "problem": "",
         **_identity(summary),
         **headline(document),
-        **{name: in_force.get(name) for name in _DECIDED},
-        "bytes": sum(file.bytes for file in found.files),
+        **{name: in_force.get(name) for name in _DECISION_COLUMNS},
+        "bytes": sum(file.bytes for file in found_run.files),
     }
     parts = {
         "points": points(document),
-        "results": named_results(document, judged),
+        "results": named_results(document, binding),
         "coordinates": coordinates(document),
         "figures": figures(document, summary.zeros),
         "inputs": [{"name": name, "value": value} for name, value in inputs.items()],
@@ -96,12 +96,12 @@ def _facts(found: FoundRun, summary: RunSummary, later: Sequence[DecisionFile]) 
                 "name": storable(file.name),
                 "bytes": file.bytes,
                 "modified_ns": min(file.modified_ns, _LATEST_NS),
-                "sha256": "" if file.name == RUN_FILE else _sha256(found.folder / file.name),
+                "sha256": "" if file.name == RUN_FILE else _sha256(found_run.folder / file.name),
             }
-            for file in found.files
+            for file in found_run.files
         ],
     }
-    return RunFacts(found, run, parts)
+    return RunFacts(found_run, run, parts)
 
 
 def _identity(summary: RunSummary) -> dict[str, Any]:
@@ -132,13 +132,13 @@ def _identity(summary: RunSummary) -> dict[str, Any]:
 def _own(summary: RunSummary) -> Iterator[Row]:
     """Yield the run's own decision. With limits on measured values its verdict covers both."""
     document = summary.result_document
-    own, whole = at(document, "decision"), at(document, "verdict")
-    if own is not None or whole is not None:
+    own_decision, verdict = at(document, "decision"), at(document, "verdict")
+    if own_decision is not None or verdict is not None:
         decided_utc = moment(summary.ended_utc)
-        both = {name: text(at(whole, name)) for name in ("verdict", "reason")} if whole else {}
+        overall = {n: text(at(verdict, n)) for n in ("verdict", "reason")} if verdict else {}
         yield {
-            **decision(own),
-            **both,
+            **decision(own_decision),
+            **overall,
             "file": RUN_FILE,
             "decided_utc": decided_utc,
             "by": None,
@@ -148,16 +148,16 @@ def _own(summary: RunSummary) -> Iterator[Row]:
 
 def _later(later: Sequence[DecisionFile], summary: RunSummary) -> Iterator[Row]:
     # Measured values out of their limits: no decision on the results alters that.
-    missed = at(summary.result_document, "limits", "verdict") == Verdict.FAIL
-    for each in later:
-        decided = decision(each.document["decision"])
+    limits_failed = at(summary.result_document, "limits", "verdict") == Verdict.FAIL
+    for decision_file in later:
+        columns = decision(decision_file.document["decision"])
         yield {
-            **decided,
-            "verdict": str(Verdict.FAIL) if missed else decided["verdict"],
-            "file": text(each.path.name),
-            "decided_utc": moment(each.document["decided_utc"]),
-            "by": text(each.document["by"]),
-            "why": text(each.document["reason"]),
+            **columns,
+            "verdict": str(Verdict.FAIL) if limits_failed else columns["verdict"],
+            "file": text(decision_file.path.name),
+            "decided_utc": moment(decision_file.document["decided_utc"]),
+            "by": text(decision_file.document["by"]),
+            "why": text(decision_file.document["reason"]),
         }
 
 

@@ -206,14 +206,14 @@ RUNS = Table(
 Index("runs_by_start", RUNS.c.started_utc.nulls_first()).ddl_if(dialect="postgresql")
 
 
-def _of_a_run(name: str, key: list[Column[Any]], *columns: Column[Any]) -> Table:
+def _run_table(name: str, key: list[Column[Any]], *columns: Column[Any]) -> Table:
     """Return a table with several rows per run, ordered by key."""
     run: Column[Any] = Column("run", ForeignKey("runs.id", ondelete="CASCADE"), primary_key=True)
     # Without row ids SQLite keeps the rows of a run together, in the order of the key.
     return Table(name, METADATA, run, *key, *columns, sqlite_with_rowid=False)
 
 
-POINTS = _of_a_run(
+POINTS = _run_table(
     "points",
     [Column("number", Integer, primary_key=True, autoincrement=False)],
     Column("recording", SharedText),
@@ -231,7 +231,7 @@ POINTS = _of_a_run(
 
 Index("points_by_frequency", POINTS.c.set_frequency_hz, POINTS.c.torque_nm)
 
-RESULTS = _of_a_run(
+RESULTS = _run_table(
     "results",
     [Column("number", Integer, primary_key=True, autoincrement=False)],
     Column("name", SharedText),
@@ -251,7 +251,7 @@ RESULTS = _of_a_run(
     Column("si_unit", SharedText),
 )
 
-COORDINATES = _of_a_run(
+COORDINATES = _run_table(
     "coordinates",
     [
         Column("number", Integer, primary_key=True, autoincrement=False),
@@ -263,7 +263,7 @@ COORDINATES = _of_a_run(
     Column("text", SharedText),
 )
 
-FIGURES = _of_a_run(
+FIGURES = _run_table(
     "figures",
     [Column("source", SharedText, primary_key=True), Column("name", SharedText, primary_key=True)],
     Column("value", Double),
@@ -272,11 +272,11 @@ FIGURES = _of_a_run(
     Column("unit", SharedText),
 )
 
-INPUTS = _of_a_run(
+INPUTS = _run_table(
     "inputs", [Column("name", SharedText, primary_key=True)], Column("value", TEXT, nullable=False)
 )
 
-DECISIONS = _of_a_run(
+DECISIONS = _run_table(
     "decisions",
     [Column("number", Integer, primary_key=True, autoincrement=False)],
     Column("file", SharedText),
@@ -292,7 +292,7 @@ DECISIONS = _of_a_run(
     Column("why", TEXT),
 )
 
-FILES = _of_a_run(
+FILES = _run_table(
     "files",
     [Column("name", SharedText, primary_key=True)],
     Column("bytes", BigInteger, nullable=False),

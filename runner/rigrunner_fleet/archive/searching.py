@@ -38,7 +38,7 @@ _HIDDEN = {"id", "root", "stamp", "run"}
 """Internal columns of the archive."""
 CONTEXT = ("run_id", "started_utc", "rig", "procedure", "revision", "specimen", "type", "lot")
 """Columns of the run that come before those of tables with several rows per run."""
-_OF_POINTS = ("frequency", "load")
+_POINT_RANGES = ("frequency", "load")
 _ESCAPE = "\\"
 _LAST = "\U0010ffff"
 """Sorts after every continuation of a text."""
@@ -59,20 +59,22 @@ def select_rows(table: str, filters: Filters, dialect: Dialect, limit: int | Non
         runs = runs.order_by(RUNS.c.started_utc.desc().nulls_last(), RUNS.c.id.desc()).limit(limit)
     place = [ROOTS.c.path.label("root"), RUNS.c.path.label("place")]
     source = RUNS.join(ROOTS, ROOTS.c.id == RUNS.c.root)
-    columns: list[ColumnElement[Any]] = [each for each in RUNS.c if each.name not in _HIDDEN]
+    columns: list[ColumnElement[Any]] = [column for column in RUNS.c if column.name not in _HIDDEN]
     order: list[ColumnElement[Any]] = [RUNS.c.started_utc.nulls_first(), RUNS.c.id]
     conditions: list[ColumnElement[bool]] = [RUNS.c.id.in_(runs)]
     if table != RUNS.name:
         part = TABLES[table]
         columns = [RUNS.c[name] for name in CONTEXT]
-        columns += [each for each in part.c if each.name not in _HIDDEN]
+        columns += [column for column in part.c if column.name not in _HIDDEN]
         source = source.join(part, part.c.run == RUNS.c.id)
-        key = [each for each in part.primary_key.columns if each.name != "run"]
-        order += [text_of(each) if isinstance(each.type, SharedText) else each for each in key]
+        key = [column for column in part.primary_key.columns if column.name != "run"]
+        order += [
+            text_of(column) if isinstance(column.type, SharedText) else column for column in key
+        ]
     if table == POINTS.name:
-        conditions += _of_point(filters.ranges)
+        conditions += _point_conditions(filters.ranges)
     if table == RESULTS.name:
-        conditions += [or_(*_named(filters)), *_at(filters)]
+        conditions += [or_(*_result_conditions(filters)), *_coordinate_conditions(filters)]
     return select(*columns, *place).select_from(source).where(*conditions).order_by(*order)
 
 
@@ -80,9 +82,9 @@ def _conditions(filters: Filters, dialect: Dialect) -> Iterator[ColumnElement[bo
     for name, patterns in filters.texts.items():
         yield or_(*(_text(RUNS.c[name], pattern, dialect) for pattern in patterns))
     for name, patterns in filters.inputs.items():
-        alike = or_(*(_text(INPUTS.c.value, pattern, dialect) for pattern in patterns))
-        yield exists().where(INPUTS.c.run == RUNS.c.id, INPUTS.c.name == name, alike)
-    yield from _of_what_was_found(filters)
+        matching = or_(*(_text(INPUTS.c.value, pattern, dialect) for pattern in patterns))
+        yield exists().where(INPUTS.c.run == RUNS.c.id, INPUTS.c.name == name, matching)
+    yield from _value_conditions(filters)
     if filters.since is not None:
         yield RUNS.c.started_utc >= filters.since
     if filters.until is not None:
@@ -93,26 +95,28 @@ def _conditions(filters: Filters, dialect: Dialect) -> Iterator[ColumnElement[bo
         yield ~_is_copy()
 
 
-def _of_what_was_found(filters: Filters) -> Iterator[ColumnElement[bool]]:
-    for name, wanted in filters.figures.items():
-        yield exists().where(FIGURES.c.run == RUNS.c.id, *_figure(name, wanted))
+def _value_conditions(filters: Filters) -> Iterator[ColumnElement[bool]]:
+    for name, value_range in filters.figures.items():
+        yield exists().where(FIGURES.c.run == RUNS.c.id, *_figure(name, value_range))
     if filters.results or filters.where:
-        for named in _named(filters):
-            yield exists().where(RESULTS.c.run == RUNS.c.id, named, *_at(filters))
-    if any(name in filters.ranges for name in _OF_POINTS):
-        of_point = _of_point(filters.ranges)
-        if _names_few(filters):
+        for named in _result_conditions(filters):
+            yield exists().where(
+                RESULTS.c.run == RUNS.c.id, named, *_coordinate_conditions(filters)
+            )
+    if any(name in filters.ranges for name in _POINT_RANGES):
+        of_point = _point_conditions(filters.ranges)
+        if _is_selective(filters):
             yield exists().where(POINTS.c.run == RUNS.c.id, *of_point)
         else:
             yield RUNS.c.id.in_(select(POINTS.c.run).where(*of_point))
     else:
-        for name, wanted in filters.ranges.items():
+        for name, value_range in filters.ranges.items():
             column: ColumnElement[Any] = RUNS.c[_COLUMNS[name]]
             # The sum hides the index of the values from SQLite.
-            yield _within(column + 0.0 if _names_few(filters) else column, wanted)
+            yield _within(column + 0.0 if _is_selective(filters) else column, value_range)
 
 
-def _names_few(filters: Filters) -> bool:
+def _is_selective(filters: Filters) -> bool:
     """Return whether an index of the runs themselves finds few: values are then checked one by one.
 
     Otherwise an index of the values is used. SQLite cannot tell which of two indices finds fewer.
@@ -130,61 +134,61 @@ _COLUMNS: Mapping[str, str] = {
 }
 
 
-def _of_point(ranges: Mapping[str, Range]) -> list[ColumnElement[bool]]:
+def _point_conditions(ranges: Mapping[str, Range]) -> list[ColumnElement[bool]]:
     """Return the conditions on a set-point, if set-points are filtered."""
-    if not any(name in ranges for name in _OF_POINTS):
+    if not any(name in ranges for name in _POINT_RANGES):
         return []
-    return [_within(POINTS.c[_COLUMNS[name]], wanted) for name, wanted in ranges.items()]
+    return [_within(POINTS.c[_COLUMNS[name]], value_range) for name, value_range in ranges.items()]
 
 
-def _figure(name: str, wanted: Range) -> tuple[ColumnElement[bool], ...]:
+def _figure(name: str, value_range: Range) -> tuple[ColumnElement[bool], ...]:
     """Return the condition on a figure; 'source/name' selects one of several of a name."""
     source, _, parameter = name.rpartition("/")
     named = or_(
         FIGURES.c.name == name, and_(FIGURES.c.source == source, FIGURES.c.name == parameter)
     )
-    same_unit = FIGURES.c.unit == si_symbol(wanted.dimension)
-    return named, same_unit, _within(FIGURES.c.value, wanted)
+    same_unit = FIGURES.c.unit == si_symbol(value_range.dimension)
+    return named, same_unit, _within(FIGURES.c.value, value_range)
 
 
-def _named(filters: Filters) -> list[ColumnElement[bool]]:
+def _result_conditions(filters: Filters) -> list[ColumnElement[bool]]:
     """Return the conditions on a result of each given name; on one of any name if none is given."""
-    found: list[ColumnElement[bool]] = []
-    for name, wanted in filters.results.items():
+    by_name: list[ColumnElement[bool]] = []
+    for name, value_range in filters.results.items():
         conditions = [RESULTS.c.name == name]
-        if wanted is not None:
-            conditions.append(RESULTS.c.si_unit == si_symbol(wanted.dimension))
-            conditions.append(_within(RESULTS.c.si_value, wanted))
-        found.append(and_(*conditions))
-    return found or [true()]
+        if value_range is not None:
+            conditions.append(RESULTS.c.si_unit == si_symbol(value_range.dimension))
+            conditions.append(_within(RESULTS.c.si_value, value_range))
+        by_name.append(and_(*conditions))
+    return by_name or [true()]
 
 
-def _at(filters: Filters) -> list[ColumnElement[bool]]:
+def _coordinate_conditions(filters: Filters) -> list[ColumnElement[bool]]:
     """Return the conditions on the coordinates of a result."""
     of_result = (COORDINATES.c.run == RESULTS.c.run, COORDINATES.c.number == RESULTS.c.number)
     return [
-        exists().where(*of_result, _coordinate(name, wanted))
-        for name, wanted in filters.where.items()
+        exists().where(*of_result, _coordinate(name, value))
+        for name, value in filters.where.items()
     ]
 
 
-def _coordinate(name: str, wanted: Quantity | str) -> ColumnElement[bool]:
+def _coordinate(name: str, value: Quantity | str) -> ColumnElement[bool]:
     """Return whether a coordinate is the given one; for a bare number, in any unit."""
-    named = or_(COORDINATES.c.name == name, COORDINATES.c.short == name)
-    if isinstance(wanted, str):
-        return and_(named, COORDINATES.c.text == wanted)
-    if wanted.dimension == "ratio" and wanted.unit.symbol == "1":
-        shown = CoordinateValue(wanted.number)
+    same_name = or_(COORDINATES.c.name == name, COORDINATES.c.short == name)
+    if isinstance(value, str):
+        return and_(same_name, COORDINATES.c.text == value)
+    if value.dimension == "ratio" and value.unit.symbol == "1":
+        shown = CoordinateValue(value.number)
     else:
-        shown = CoordinateValue.of_si(wanted.si, si_symbol(wanted.dimension))
-        named = and_(named, COORDINATES.c.unit == shown.unit)
-    value = float(shown.value)
-    near = SAME * max(abs(value), SAME)
-    return and_(named, COORDINATES.c.value.between(value - near, value + near))
+        shown = CoordinateValue.of_si(value.si, si_symbol(value.dimension))
+        same_name = and_(same_name, COORDINATES.c.unit == shown.unit)
+    center = float(shown.value)
+    near = SAME * max(abs(center), SAME)
+    return and_(same_name, COORDINATES.c.value.between(center - near, center + near))
 
 
-def _within(column: ColumnElement[Any], wanted: Range) -> ColumnElement[bool]:
-    return column.between(wanted.low, wanted.high)
+def _within(column: ColumnElement[Any], value_range: Range) -> ColumnElement[bool]:
+    return column.between(value_range.low, value_range.high)
 
 
 def _text(column: ColumnElement[Any], pattern: str, dialect: Dialect) -> ColumnElement[bool]:
@@ -195,8 +199,8 @@ def _text(column: ColumnElement[Any], pattern: str, dialect: Dialect) -> ColumnE
         return column == pattern
     if dialect.name == "sqlite":  # its LIKE takes upper and lower case as the same
         begin = re.split(r"[*?]", pattern, maxsplit=1)[0]
-        alike = column.op("GLOB", is_comparison=True)(pattern.replace("[", "[[]"))
-        return and_(column.between(begin, f"{begin}{_LAST}"), alike)  # so an index can be used
+        matching = column.op("GLOB", is_comparison=True)(pattern.replace("[", "[[]"))
+        return and_(column.between(begin, f"{begin}{_LAST}"), matching)  # so an index can be used
     for sign, escaped in ((_ESCAPE, _ESCAPE * 2), ("%", r"\%"), ("_", r"\_")):
         pattern = pattern.replace(sign, escaped)
     return column.like(pattern.replace("*", "%").replace("?", "_"), escape=_ESCAPE)

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 _CHUNK = 500
 """Rows that one statement names by their id: SQLite allows 32,766, old versions 999."""
 _SHARED = {
-    table.name: [each.name for each in table.c if isinstance(each.type, SharedText)]
+    table.name: [column.name for column in table.c if isinstance(column.type, SharedText)]
     for table in (RUNS, *PARTS)
 }
 """The columns of shared texts, by table."""
@@ -35,9 +35,9 @@ def root_of(connection: Connection, archive: Path | None, folder: Path) -> int:
     `archive`: the file of an embedded archive; None on a server.
     """
     name, path = _naming(archive, folder)
-    found: int | None = connection.scalar(select(ROOTS.c.id).where(ROOTS.c.name == name))
-    if found is not None:
-        return found
+    root: int | None = connection.scalar(select(ROOTS.c.id).where(ROOTS.c.name == name))
+    if root is not None:
+        return root
     return _upsert(connection, ROOTS, {"name": name, "path": path}, "name")
 
 
@@ -62,19 +62,19 @@ def known_runs(connection: Connection, root: int) -> dict[str, Known]:
     return {path: Known(run, stamp, missing) for path, run, stamp, missing in rows}
 
 
-def store(connection: Connection, root: int, every: Sequence[RunFacts]) -> None:
+def store(connection: Connection, root: int, runs: Sequence[RunFacts]) -> None:
     """Store runs in the archive, in place of earlier ones at these paths.
 
     For a run that was readable once and is damaged now, the earlier facts stay, with its problem.
     """
-    _share(connection, every)
+    _store_shared_texts(connection, runs)
     parts: dict[str, list[dict[str, Any]]] = {table.name: [] for table in PARTS}
     ids = []
-    for facts in every:
+    for facts in runs:
         row = {
             "root": root,
-            "path": facts.found.path,
-            "stamp": facts.found.stamp,
+            "path": facts.found_run.path,
+            "stamp": facts.found_run.stamp,
             "missing": False,
             **facts.run,
         }
@@ -82,19 +82,19 @@ def store(connection: Connection, root: int, every: Sequence[RunFacts]) -> None:
         if not facts.problem:
             ids.append(run)
         for name, rows in facts.parts.items():
-            parts[name] += [{"run": run, **each} for each in rows]
+            parts[name] += [{"run": run, **part_row} for part_row in rows]
     for table in PARTS:
-        for some in _chunks(ids):
-            connection.execute(delete(table).where(table.c.run.in_(some)))
+        for chunk in _chunks(ids):
+            connection.execute(delete(table).where(table.c.run.in_(chunk)))
         if parts[table.name]:
             connection.execute(insert(table), parts[table.name])
 
 
-def _share(connection: Connection, every: Sequence[RunFacts]) -> None:
+def _store_shared_texts(connection: Connection, runs: Sequence[RunFacts]) -> None:
     """Store the texts that are shared and not known yet, in the order of all processes."""
     texts = {
         text
-        for facts in every
+        for facts in runs
         for name, rows in {RUNS.name: [facts.run], **facts.parts}.items()
         for column in _SHARED[name]
         for row in rows
@@ -103,13 +103,14 @@ def _share(connection: Connection, every: Sequence[RunFacts]) -> None:
     if texts:
         inserting = _inserting(connection.dialect.name, TEXTS)
         connection.execute(
-            inserting.on_conflict_do_nothing(), [{"text": each} for each in sorted(texts)]
+            inserting.on_conflict_do_nothing(),
+            [{"text": text} for text in sorted(texts)],
         )
 
 
 def mark_missing(connection: Connection, ids: Iterable[int]) -> None:
     """Mark runs whose files are gone."""
-    rows = [{"gone": each} for each in ids]
+    rows = [{"gone": run} for run in ids]
     if rows:
         connection.execute(
             update(RUNS).where(RUNS.c.id == bindparam("gone")).values(missing=True), rows
@@ -127,8 +128,8 @@ def forget_moved(connection: Connection, root: int) -> None:
         )
         .where(RUNS.c.root == root, RUNS.c.missing, ~other.c.missing)
     )
-    for some in _chunks(list(connection.scalars(moved))):
-        connection.execute(delete(RUNS).where(RUNS.c.id.in_(some)))
+    for chunk in _chunks(list(connection.scalars(moved))):
+        connection.execute(delete(RUNS).where(RUNS.c.id.in_(chunk)))
 
 
 def _naming(archive: Path | None, folder: Path) -> tuple[str, str]:
@@ -136,11 +137,11 @@ def _naming(archive: Path | None, folder: Path) -> tuple[str, str]:
 
     So a folder that holds its archive can be moved, and many machines can share a server.
     """
-    whole = folder.resolve()
+    absolute = folder.resolve()
     if archive is None:
-        return f"{platform.node()}:{whole.as_posix()}", whole.as_posix()
+        return f"{platform.node()}:{absolute.as_posix()}", absolute.as_posix()
     home = archive.parent.resolve()
-    path = whole.relative_to(home) if whole.is_relative_to(home) else whole
+    path = absolute.relative_to(home) if absolute.is_relative_to(home) else absolute
     return path.as_posix(), path.as_posix()
 
 
@@ -150,8 +151,8 @@ def _upsert(connection: Connection, table: Table, row: dict[str, Any], *key: str
     The row is locked until the transaction ends, so that two processes write one after the other.
     """
     statement = _upserting(connection.dialect.name, table, tuple(row), key)
-    found: int = connection.execute(statement, row).scalar_one()
-    return found
+    run: int = connection.execute(statement, row).scalar_one()
+    return run
 
 
 @cache
@@ -160,8 +161,8 @@ def _upserting(
 ) -> Executable:
     """Return the statement, which takes longer to build than to execute."""
     statement = _inserting(dialect, table).values({name: bindparam(name) for name in columns})
-    taken = {name: statement.excluded[name] for name in columns}
-    return statement.on_conflict_do_update(index_elements=key, set_=taken).returning(table.c.id)
+    values = {name: statement.excluded[name] for name in columns}
+    return statement.on_conflict_do_update(index_elements=key, set_=values).returning(table.c.id)
 
 
 def _inserting(dialect: str, table: Table) -> sqlite.Insert | postgresql.Insert:

@@ -35,15 +35,15 @@ def upgrade(connection: Connection, version: str) -> None:
     if version == "3":  # its tables are those of this version
         connection.execute(delete(RUNS).where(~RUNS.c.missing, RUNS.c.problem == ""))
     else:
-        _create_again(connection)
+        _recreate(connection)
     one_sided = or_(RESULTS.c.lower.is_(None), RESULTS.c.upper.is_(None))
     connection.execute(update(RESULTS).where(one_sided).values(lower=None, upper=None))
     connection.execute(update(ABOUT).where(ABOUT.c.name == "version").values(value=str(VERSION)))
 
 
-def _create_again(connection: Connection) -> None:
-    known = inspect(connection).get_table_names()
-    runs, *parts = (_put_aside(connection, t) for t in (RUNS, *PARTS) if t.name in known)
+def _recreate(connection: Connection) -> None:
+    existing = inspect(connection).get_table_names()
+    runs, *parts = (_rename_table(connection, t) for t in (RUNS, *PARTS) if t.name in existing)
     METADATA.create_all(connection)
     unreadable = select(runs.c.id).where(or_(runs.c.missing, runs.c.problem != ""))
     for run in connection.scalars(unreadable).all():
@@ -52,7 +52,7 @@ def _create_again(connection: Connection) -> None:
         table.drop(connection)
 
 
-def _put_aside(connection: Connection, table: Table) -> Table:
+def _rename_table(connection: Connection, table: Table) -> Table:
     """Rename a table of version 1 or 2, where every text was in its row; return it."""
     for index in table.indexes:
         index.drop(connection, checkfirst=True)
@@ -75,6 +75,6 @@ def _store(connection: Connection, run: int, runs: Table, parts: list[Table]) ->
 
 
 def _rows(connection: Connection, table: Table, condition: Any) -> list[dict[str, Any]]:
-    columns = [each for each in table.c if each.name != "run"]
-    found = connection.execute(select(*columns).where(condition))
-    return [dict(row) for row in found.mappings()]
+    columns = [column for column in table.c if column.name != "run"]
+    result = connection.execute(select(*columns).where(condition))
+    return [dict(row) for row in result.mappings()]

@@ -45,7 +45,7 @@ def changes_in(file: Path | None, primary: str, station: str | None) -> Changes:
     if file is None:
         return Changes(primary=primary)
     document = read(file)
-    given = validate(AnalysisFile, document)
-    if given.analysis:
+    analysis_file = validate(AnalysisFile, document)
+    if analysis_file.analysis:
         check_settings(document, lab_registry(station))
-    return Changes(given.analysis, primary, given.named)
+    return Changes(analysis_file.analysis, primary, analysis_file.named)

@@ -108,55 +108,55 @@ def _option(name: str, metavar: str, line: str, *, multiple: bool = False) -> Ca
     return click.option(flag, name, multiple=multiple, metavar=metavar, help=line)
 
 
-def filters_in(words: Mapping[str, Any]) -> Filters:
+def filters_in(options: Mapping[str, Any]) -> Filters:
     """Return the filters of the options; raise UsageError."""
     from rigrunner_fleet.archive.filters import filters_of  # noqa: PLC0415  (help needs no database)
 
-    inputs = _pairs("--input", words["inputs"])
-    figures = _single("--figure", words["figures"])
-    where = _single("--where", words["where"])
-    named = [each.partition("=") for each in words["named"]]
-    result = {name: wanted if equals else None for name, equals, wanted in named}
+    inputs = _pairs("--input", options["inputs"])
+    figures = _single("--figure", options["figures"])
+    where = _single("--where", options["where"])
+    named = [argument.partition("=") for argument in options["named"]]
+    result = {name: value_range if equals else None for name, equals, value_range in named}
     if len(result) < len(named):
         raise UsageError("'--result' names a result twice")
-    given = {name: each for name, each in words.items() if name != "named"}
+    filters = {name: value for name, value in options.items() if name != "named"}
     return filters_of(
-        **{**given, "inputs": inputs, "figures": figures, "where": where, "result": result}
+        **{**filters, "inputs": inputs, "figures": figures, "where": where, "result": result}
     )
 
 
-def _single(option: str, given: Iterable[str]) -> dict[str, str]:
-    found = _pairs(option, given)
-    twice = next((name for name, several in found.items() if len(several) > 1), "")
+def _single(option: str, arguments: Iterable[str]) -> dict[str, str]:
+    values = _pairs(option, arguments)
+    twice = next((name for name, texts in values.items() if len(texts) > 1), "")
     if twice:
         raise UsageError(f"'{option} {twice}' is given twice")
-    return {name: several[0] for name, several in found.items()}
+    return {name: texts[0] for name, texts in values.items()}
 
 
-def _pairs(option: str, given: Iterable[str]) -> dict[str, list[str]]:
-    found: dict[str, list[str]] = {}
-    for text in given:
-        name, equals, value = text.partition("=")
+def _pairs(option: str, arguments: Iterable[str]) -> dict[str, list[str]]:
+    values: dict[str, list[str]] = {}
+    for argument in arguments:
+        name, equals, value = argument.partition("=")
         if not (name and equals and value):
             hint = f"such as {_EXAMPLES[option]}"
-            raise UsageError(f"'{option} {text}' names nothing to look for", hint=hint)
-        found.setdefault(name, []).append(value)
-    return found
+            raise UsageError(f"'{option} {argument}' names nothing to look for", hint=hint)
+        values.setdefault(name, []).append(value)
+    return values
 
 
-def tell_indexed(found: Sequence[Indexed]) -> None:
+def report_indexed(indexed: Sequence[Indexed]) -> None:
     """Report for each folder its runs, those that cannot be read, and those that are gone."""
-    for each in found:
-        runs = "1 run" if each.runs == 1 else f"{each.runs} runs"
-        message(f"{each.folder}: {runs}, {each.new} new, {each.changed} updated.")
-        _tell_list("Unreadable", (f"{path}: {problem}" for path, problem in each.unreadable))
-        _tell_list("Gone since they were indexed", each.missing)
+    for folder in indexed:
+        runs = "1 run" if folder.runs == 1 else f"{folder.runs} runs"
+        message(f"{folder.folder}: {runs}, {folder.new} new, {folder.changed} updated.")
+        _report_list("Unreadable", (f"{path}: {problem}" for path, problem in folder.unreadable))
+        _report_list("Gone since they were indexed", folder.missing)
 
 
-def _tell_list(title: str, lines: Iterable[str]) -> None:
-    told = list(lines)
-    if told:
-        message(f"{title}: {len(told)}")
-        message("\n".join(f"  {line}" for line in told[:_SHOWN]))
-        if len(told) > _SHOWN:
-            message(f"  and {len(told) - _SHOWN} more")
+def _report_list(title: str, lines: Iterable[str]) -> None:
+    shown = list(lines)
+    if shown:
+        message(f"{title}: {len(shown)}")
+        message("\n".join(f"  {line}" for line in shown[:_SHOWN]))
+        if len(shown) > _SHOWN:
+            message(f"  and {len(shown) - _SHOWN} more")

@@ -40,8 +40,8 @@ def output_options(command: Callable[..., Any]) -> Callable[..., Any]:
     return _out_option(json_option(command))
 
 
-def observed(
-    quantity: str, words: Mapping[str, Any], by: Sequence[str], runs: Path, database: str
+def read_observations(
+    quantity: str, options: Mapping[str, Any], by: Sequence[str], runs: Path, database: str
 ) -> Observations:
     """Return the values of a quantity in the archive."""
     from rigrunner_fleet.archive import open_archive  # noqa: PLC0415  (SQLAlchemy takes a while)
@@ -49,7 +49,7 @@ def observed(
     from rigrunner_fleet.monitoring.observing import observe  # noqa: PLC0415  (so does SciPy)
 
     with closing(open_archive(runs, database)) as archive:
-        return observe(archive, quantity, filters_in(words), by)
+        return observe(archive, quantity, filters_in(options), by)
 
 
 def refuse_limit(limit: int | None) -> None:
@@ -61,18 +61,18 @@ def refuse_limit(limit: int | None) -> None:
         )
 
 
-def in_words(quantity: str, words: Mapping[str, Any], **more: str) -> dict[str, str]:
+def question_of(quantity: str, options: Mapping[str, Any], **more: str) -> dict[str, str]:
     """Return the question as the report shows it."""
-    given = {
-        name.replace("_", " "): ", ".join(each) if isinstance(each, tuple) else str(each)
-        for name, each in words.items()
-        if each not in (None, (), "", False)
+    chosen = {
+        name.replace("_", " "): ", ".join(value) if isinstance(value, tuple) else str(value)
+        for name, value in options.items()
+        if value not in (None, (), "", False)
     }
-    return {"quantity": quantity, **given, **{name: text for name, text in more.items() if text}}
+    return {"quantity": quantity, **chosen, **{name: text for name, text in more.items() if text}}
 
 
 def finish(study: StudyInput, text: str, out: Path | None, *, as_json: bool) -> None:
-    """Print a study and write its report if one was asked for."""
+    """Print a study, and write its report if a file is named."""
     from rigrunner_fleet.monitoring.report import (  # noqa: PLC0415  (it loads plugins)
         study_document,
         write_study,

@@ -39,7 +39,7 @@ def command(
     limit: int | None,
     out: Path | None,
     as_json: bool,
-    **words: Any,
+    **options: Any,
 ) -> None:
     """Compare the results of many runs with limits.
 
@@ -47,19 +47,21 @@ def command(
     with both also Cp and Cpk, each with its confidence interval. Without limits a named result is
     compared with the limits of its runs.
     """
-    from rigrunner_fleet.cli.monitoring import finish, in_words, observed, refuse_limit
+    from rigrunner_fleet.cli.monitoring import finish, question_of, read_observations, refuse_limit
     from rigrunner_fleet.cli.monitoring_text import capability_text
     from rigrunner_fleet.monitoring.capability import capability_study
     from rigrunner_fleet.monitoring.quantities import limit_in
 
     refuse_limit(limit)
-    found = observed(quantity, words, by, runs, database)
-    asked = in_words(quantity, words, by=", ".join(found.by), upper=upper, lower=lower)
-    made = capability_study(
-        found,
-        asked,
-        lower=limit_in(lower, found.unit),
-        upper=limit_in(upper, found.unit),
+    observations = read_observations(quantity, options, by, runs, database)
+    question = question_of(
+        quantity, options, by=", ".join(observations.by), upper=upper, lower=lower
+    )
+    study = capability_study(
+        observations,
+        question,
+        lower=limit_in(lower, observations.unit),
+        upper=limit_in(upper, observations.unit),
         confidence=confidence,
     )
-    finish(made, capability_text(made), out, as_json=as_json)
+    finish(study, capability_text(study), out, as_json=as_json)

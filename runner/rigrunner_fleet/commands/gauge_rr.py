@@ -33,7 +33,7 @@ def command(
     limit: int | None,
     out: Path | None,
     as_json: bool,
-    **words: Any,
+    **options: Any,
 ) -> None:
     """Estimate repeatability and reproducibility of a gauge.
 
@@ -44,14 +44,14 @@ def command(
     """
     from rigrunner_fleet.archive import open_archive
     from rigrunner_fleet.cli.archiving import filters_in
-    from rigrunner_fleet.cli.monitoring import finish, in_words, refuse_limit
+    from rigrunner_fleet.cli.monitoring import finish, question_of, refuse_limit
     from rigrunner_fleet.cli.monitoring_text import gauge_text
-    from rigrunner_fleet.monitoring.gauge import gauge_study, sessions
+    from rigrunner_fleet.monitoring.gauge import gauge_study, read_sessions
     from rigrunner_fleet.monitoring.quantities import width_in
 
     refuse_limit(limit)
     with closing(open_archive(runs, database)) as archive:
-        found = sessions(archive, quantity, filters_in(words))
-    asked = in_words(quantity, words, tolerance=tolerance)
-    made = gauge_study(found, asked, width_in(tolerance, found.unit))
-    finish(made, gauge_text(made), out, as_json=as_json)
+        sessions = read_sessions(archive, quantity, filters_in(options))
+    question = question_of(quantity, options, tolerance=tolerance)
+    study = gauge_study(sessions, question, width_in(tolerance, sessions.unit))
+    finish(study, gauge_text(study), out, as_json=as_json)

@@ -55,34 +55,34 @@ def command(
     """
     from rigrunner.cli.stopping import batch_stop_on_signals
     from rigrunner_fleet.reanalysis.batch import Batch
-    from rigrunner_fleet.reanalysis.selection import choose
+    from rigrunner_fleet.reanalysis.selection import select_runs
 
     workers, changes, runs = (
         workers_for(jobs, dask),
         changes_in(file, primary, station),
-        choose(paths),
+        select_runs(paths),
     )
     with batch_stop_on_signals() as stop, shown_count("runs") as progress:
-        found = Batch(out.resolve(), changes, station, workers, stop, progress, raw=raw).run(runs)
+        summary = Batch(out.resolve(), changes, station, workers, stop, progress, raw=raw).run(runs)
     if as_json:
-        result_json(found.document())
+        result_json(summary.document())
     else:
-        _show(found, out)
-    return ExitCode.DATA if found.failed else ExitCode.PASS
+        _show(summary, out)
+    return ExitCode.DATA if summary.failed else ExitCode.PASS
 
 
-def _show(found: Summary, out: Path) -> None:
-    for row in found.other_verdicts[:SHOWN]:
+def _show(summary: Summary, out: Path) -> None:
+    for row in summary.other_verdicts[:SHOWN]:
         result(f"{row.run}: {row.verdict_before or 'no verdict'} -> {row.verdict or 'no verdict'}")
-    for row in found.failed[:SHOWN]:
+    for row in summary.failed[:SHOWN]:
         message(f"failed: {row.run}: {row.problem}")
     result(
         pairs(
             [
-                ("analysed", str(len(found.analysed))),
-                ("skipped", str(len(found.skipped))),
-                ("failed", str(len(found.failed))),
-                ("other verdicts", str(len(found.other_verdicts))),
+                ("analysed", str(len(summary.analysed))),
+                ("skipped", str(len(summary.skipped))),
+                ("failed", str(len(summary.failed))),
+                ("other verdicts", str(len(summary.other_verdicts))),
                 ("results", str(out)),
                 ("summary", str(out / "summary.csv")),
             ]

@@ -61,7 +61,7 @@ def command(
     limit: int | None,
     out: Path | None,
     as_json: bool,
-    **words: Any,
+    **options: Any,
 ) -> ExitCode:
     """Make control charts of the results of many runs.
 
@@ -71,22 +71,22 @@ def command(
     rig. Ends with 1 if a rule is met after the baseline.
     """
     from rigrunner.api.errors import ExitCode
-    from rigrunner_fleet.cli.monitoring import finish, in_words, observed, refuse_limit
+    from rigrunner_fleet.cli.monitoring import finish, question_of, read_observations, refuse_limit
     from rigrunner_fleet.cli.monitoring_text import trend_text
     from rigrunner_fleet.monitoring.trending import baseline_of, trend
     from rigrunner_fleet.trends.charting import Charting
 
     refuse_limit(limit)
-    how = Charting(chart, rules, baseline_of(baseline), weight)
-    found = observed(quantity, words, by, runs, database)
-    asked = in_words(
+    charting = Charting(chart, rules, baseline_of(baseline), weight)
+    observations = read_observations(quantity, options, by, runs, database)
+    question = question_of(
         quantity,
-        words,
-        by=", ".join(found.by),
+        options,
+        by=", ".join(observations.by),
         chart=chart,
         rules=rules if chart == "i-mr" else f"EWMA, weight {weight:g}",
         baseline=f"the first {baseline}" if baseline.isdecimal() else baseline,
     )
-    made = trend(found, how, asked)
-    finish(made, trend_text(made), out, as_json=as_json)
-    return ExitCode.FAIL if any(each.alarms for each in made.series) else ExitCode.PASS
+    study = trend(observations, charting, question)
+    finish(study, trend_text(study), out, as_json=as_json)
+    return ExitCode.FAIL if any(series.alarms for series in study.series) else ExitCode.PASS

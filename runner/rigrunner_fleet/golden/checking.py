@@ -7,18 +7,18 @@ from typing import TYPE_CHECKING
 
 from rigrunner.api.errors import DataError
 from rigrunner.runfile import read, refuse_crashing, sealed_file_of
-from rigrunner_fleet.golden.comparing import by_gravity, compare, not_compared
+from rigrunner_fleet.golden.comparing import by_severity, compare, not_compared
 from rigrunner_fleet.golden.overall import Overall
 from rigrunner_fleet.golden.recording import (
     PROVIDERS,
-    how_made,
     no_load_digest,
     read_result,
     results_folder,
+    software_used,
 )
-from rigrunner_fleet.golden.reference import Found, found_in, read_references
+from rigrunner_fleet.golden.reference import Snapshot, read_references
 from rigrunner_fleet.reanalysis.batch import Batch
-from rigrunner_fleet.reanalysis.selection import Chosen
+from rigrunner_fleet.reanalysis.selection import SelectedRun
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Mapping
@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 
     from rigrunner.api.devices import StopToken
     from rigrunner.jobs import Workers
-    from rigrunner_fleet.golden.comparing import Compared
+    from rigrunner_fleet.golden.comparing import Comparison
     from rigrunner_fleet.golden.reference import Reference
     from rigrunner_fleet.reanalysis.changes import Changes
     from rigrunner_fleet.reanalysis.task import Row
@@ -53,40 +53,41 @@ class Checker:
     def check(self) -> Overall:
         """Analyse every golden run again and compare; raise as `Batch.run` does."""
         references = read_references(self.folder)
-        folder = self.folder.resolve()
-        moved = None if self.runs is None else self.runs.resolve()
+        folder, runs = self.folder.resolve(), self.runs and self.runs.resolve()
         chosen = {
-            each.name: Chosen(each.name, each.path(folder) if moved is None else moved / each.name)
-            for each in references
+            reference.name: SelectedRun(
+                reference.name, runs / reference.name if runs else reference.path(folder)
+            )
+            for reference in references
         }
-        there = [run for run in chosen.values() if run.path.exists()]
+        existing = [run for run in chosen.values() if run.path.exists()]
         with results_folder(self.out) as results:
             batch = Batch(
                 results, self.changes, self.station, self.workers, self.stop, self.progress
             )
-            found = batch.run(there)
-            rows = {row.run: row for row in (*found.done, *found.failed)}
+            summary = batch.run(existing)
+            rows = {row.run: row for row in (*summary.done, *summary.failed)}
             compared = [
-                self._compared(each, chosen[each.name], rows.get(each.name), results)
-                for each in references
+                self._compare(reference, chosen[reference.name], rows.get(reference.name), results)
+                for reference in references
             ]
         return Overall(
-            runs=tuple(sorted(compared, key=by_gravity)),
+            runs=tuple(sorted(compared, key=by_severity)),
             tolerance=self.tolerance,
-            made_by=_changed_versions(references, how_made(self.station, self.changes)),
+            made_by=_changed_versions(references, software_used(self.station, self.changes)),
         )
 
-    def _compared(
-        self, reference: Reference, run: Chosen, row: Row | None, results: Path
-    ) -> Compared:
+    def _compare(
+        self, reference: Reference, run: SelectedRun, row: Row | None, results: Path
+    ) -> Comparison:
         before = reference.found
         if row is None:
             problem = f"there is no {run.path}"
-            return not_compared(reference.name, before, Found(problem=problem), problem)
+            return not_compared(reference.name, before, Snapshot(problem=problem), problem)
         document = None if row.problem or row.skipped else read_result(results, reference.name)
-        after = Found(problem=row.problem or row.skipped or "no result")
+        after = Snapshot(problem=row.problem or row.skipped or "no result")
         if document is not None:
-            after = found_in(document)
+            after = Snapshot.of(document)
         problem = _other_data(reference, run, row, document)
         if problem:
             return not_compared(reference.name, before, after, problem)
@@ -94,7 +95,7 @@ class Checker:
 
 
 def _other_data(
-    reference: Reference, run: Chosen, row: Row, document: Mapping[str, object] | None
+    reference: Reference, run: SelectedRun, row: Row, document: Mapping[str, object] | None
 ) -> str:
     """Return why the run is not the golden one, or cannot be read; '' if it is."""
     if document is None:
@@ -106,8 +107,8 @@ def _other_data(
         except DataError as error:
             return str(error)
         return "" if digest == reference.digest_sha256 else "it is another run, by its digest"
-    found: Mapping[str, object] = document["run"]  # type: ignore[assignment]  # plain JSON
-    if found["digest_sha256"] != reference.digest_sha256:
+    run_facts: Mapping[str, object] = document["run"]  # type: ignore[assignment]  # plain JSON
+    if run_facts["digest_sha256"] != reference.digest_sha256:
         return f"{row.run_id} is another run than the golden one, {reference.run}, by its digest"
     if reference.no_load_sha256 and no_load_digest(document) != reference.no_load_sha256:
         return "the no-load run in its file is another one, by its digest"
@@ -115,17 +116,17 @@ def _other_data(
 
 
 def _changed_versions(
-    references: Iterable[Reference], here: Mapping[str, str]
+    references: Iterable[Reference], installed: Mapping[str, str]
 ) -> tuple[tuple[str, str, str], ...]:
     """Return (name, versions in the references, versions now) of everything that changed."""
-    then: dict[str, set[str]] = {}
-    for each in references:
-        for name, version in each.made_by.items():
-            then.setdefault(name, set()).update(_parts(name, version))
-    now = {name: _parts(name, version) for name, version in here.items()}
+    recorded: dict[str, set[str]] = {}
+    for reference in references:
+        for name, version in reference.made_by.items():
+            recorded.setdefault(name, set()).update(_parts(name, version))
+    now = {name: _parts(name, version) for name, version in installed.items()}
     return tuple(
-        (name, _words(versions - now.get(name, set())), _words(now.get(name, set()) - versions))
-        for name, versions in then.items()
+        (name, _text(versions - now.get(name, set())), _text(now.get(name, set()) - versions))
+        for name, versions in recorded.items()
         if versions != now.get(name)
     )
 
@@ -134,5 +135,5 @@ def _parts(name: str, version: str) -> set[str]:
     return set(version.split(", ")) if name == PROVIDERS else {version}
 
 
-def _words(versions: set[str]) -> str:
+def _text(versions: set[str]) -> str:
     return " or ".join(sorted(versions)) or "none other"

@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator
 
     from rigrunner_fleet.golden.figures import Figure
-    from rigrunner_fleet.golden.reference import Found
+    from rigrunner_fleet.golden.reference import Snapshot
 
 TOLERANCE = 1e-6
 """As a fraction of U: rounding of other processors is less, a change of the software is more."""
@@ -38,7 +38,7 @@ class Standing(StrEnum):
         return self not in {Standing.WITHIN, Standing.OTHER, Standing.EQUAL}
 
 
-GRAVEST = tuple(Standing)
+MOST_SEVERE_FIRST = tuple(Standing)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -73,13 +73,13 @@ class Move:
     @property
     def size(self) -> float:
         """The larger of both, without sign; infinite if it is unknown."""
-        known = [each for each in (self.in_u, self.of_u) if each is not None]
+        ratios = [ratio for ratio in (self.in_u, self.of_u) if ratio is not None]
         same_unit = self.before and self.after and self.before.unit == self.after.unit
         lacks_u = self.in_u is None and self.shift != 0
         before, after = self._expanded
         if not same_unit or lacks_u or (self.of_u is None and before != after):
             return inf
-        return max(map(abs, known), default=0.0)
+        return max(map(abs, ratios), default=0.0)
 
     @property
     def _expanded(self) -> tuple[float | None, float | None]:
@@ -97,12 +97,12 @@ class Flips:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Compared:
+class Comparison:
     """A golden run, and the outcome of its check."""
 
     name: str
-    before: Found
-    after: Found
+    before: Snapshot
+    after: Snapshot
     standing: Standing
     moves: tuple[Move, ...] = ()
     """The changed figures, the largest change first."""
@@ -113,19 +113,21 @@ class Compared:
     @property
     def headline(self) -> Move | None:
         """The change of the result, if any."""
-        return next((each for each in self.moves if each.name == HEADLINE), None)
+        return next((move for move in self.moves if move.name == HEADLINE), None)
 
     @property
     def largest(self) -> float:
         """The largest change of a figure, in U; 0 if none changed."""
-        return max((each.size for each in self.moves), default=0.0)
+        return max((move.size for move in self.moves), default=0.0)
 
 
-def compare(name: str, before: Found, after: Found, tolerance: float = TOLERANCE) -> Compared:
+def compare(
+    name: str, before: Snapshot, after: Snapshot, tolerance: float = TOLERANCE
+) -> Comparison:
     """Compare a result with the reference; `tolerance` is in U."""
-    moves = sorted(_moves(before, after), key=lambda each: (-each.size, each.name != HEADLINE))
+    moves = sorted(_moves(before, after), key=lambda move: (-move.size, move.name != HEADLINE))
     flips = Flips(tuple(_verdict_flips(before, after)), tuple(_check_flips(before, after)))
-    return Compared(
+    return Comparison(
         name=name,
         before=before,
         after=after,
@@ -136,42 +138,42 @@ def compare(name: str, before: Found, after: Found, tolerance: float = TOLERANCE
     )
 
 
-def not_compared(name: str, before: Found, after: Found, problem: str) -> Compared:
+def not_compared(name: str, before: Snapshot, after: Snapshot, problem: str) -> Comparison:
     """Return a run that could not be compared, with the reason."""
     standing = Standing.NOT_COMPARED
-    return Compared(name=name, before=before, after=after, standing=standing, problem=problem)
+    return Comparison(name=name, before=before, after=after, standing=standing, problem=problem)
 
 
-def by_gravity(each: Compared) -> tuple[int, float, str]:
+def by_severity(comparison: Comparison) -> tuple[int, float, str]:
     """Return the sort key of runs: the most serious first."""
-    return GRAVEST.index(each.standing), -each.largest, each.name
+    return MOST_SEVERE_FIRST.index(comparison.standing), -comparison.largest, comparison.name
 
 
 def _standing(
-    before: Found,
-    after: Found,
+    before: Snapshot,
+    after: Snapshot,
     flips: Flips,
     moves: list[Move],
     tolerance: float,
 ) -> Standing:
-    was, is_now = _has_result(before), _has_result(after)
-    holds = {
-        Standing.REFUSED: bool(after.problem and not before.problem) or (was and not is_now),
-        Standing.ACCEPTED: bool(before.problem and not after.problem) or (is_now and not was),
+    had, has = _has_result(before), _has_result(after)
+    applies = {
+        Standing.REFUSED: bool(after.problem and not before.problem) or (had and not has),
+        Standing.ACCEPTED: bool(before.problem and not after.problem) or (has and not had),
         Standing.VERDICT: bool(flips.verdicts),
-        Standing.BEYOND: any(each.size > tolerance for each in moves),
+        Standing.BEYOND: any(move.size > tolerance for move in moves),
         Standing.CHECKS: bool(flips.checks),
         Standing.WITHIN: bool(moves),
         Standing.EQUAL: after == before,
     }
-    return next((standing for standing, so in holds.items() if so), Standing.OTHER)
+    return next((standing for standing, met in applies.items() if met), Standing.OTHER)
 
 
-def _has_result(found: Found) -> bool:
-    return HEADLINE in found.figures or bool(found.results)
+def _has_result(snapshot: Snapshot) -> bool:
+    return HEADLINE in snapshot.figures or bool(snapshot.results)
 
 
-def _moves(before: Found, after: Found) -> Iterator[Move]:
+def _moves(before: Snapshot, after: Snapshot) -> Iterator[Move]:
     if after.problem or before.problem:
         return
     shown_as_result = f"{after.method}: torque" if after.method == before.method else None
@@ -183,15 +185,15 @@ def _moves(before: Found, after: Found) -> Iterator[Move]:
             yield Move(name=name, before=then, after=now)
 
 
-def _verdict_flips(before: Found, after: Found) -> Iterator[str]:
+def _verdict_flips(before: Snapshot, after: Snapshot) -> Iterator[str]:
     for name in {**before.verdicts, **after.verdicts}:
-        then, now = (each.verdicts.get(name, "no verdict") for each in (before, after))
+        then, now = (snapshot.verdicts.get(name, "no verdict") for snapshot in (before, after))
         if then != now:
-            of = "verdict" if name == "run" else f"verdict on {name}"
-            yield f"{of}: {then} -> {now}"
+            subject = "verdict" if name == "run" else f"verdict on {name}"
+            yield f"{subject}: {then} -> {now}"
 
 
-def _check_flips(before: Found, after: Found) -> Iterator[str]:
+def _check_flips(before: Snapshot, after: Snapshot) -> Iterator[str]:
     if before.problem or after.problem:
         return
     words = {True: "passed", False: "not passed", None: "not made"}
@@ -201,7 +203,7 @@ def _check_flips(before: Found, after: Found) -> Iterator[str]:
             yield f"check '{name}': {words[then]} -> {words[now]}"
 
 
-def _common(before: Found, after: Found, names: Iterable[str]) -> Iterator[str]:
+def _common(before: Snapshot, after: Snapshot, names: Iterable[str]) -> Iterator[str]:
     """Yield the names that do not belong to a method or fit that is on one side only."""
-    alone = set(before.sources) ^ set(after.sources)
-    yield from (each for each in names if each.partition(": ")[0] not in alone)
+    unshared = set(before.sources) ^ set(after.sources)
+    yield from (name for name in names if name.partition(": ")[0] not in unshared)

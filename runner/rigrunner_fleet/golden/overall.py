@@ -15,7 +15,7 @@ from rigrunner_fleet.golden.figures import HEADLINE
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
 
-    from rigrunner_fleet.golden.comparing import Compared, Move
+    from rigrunner_fleet.golden.comparing import Comparison, Move
 
 FORMAT = "rigrunner: golden check/1"
 
@@ -46,64 +46,64 @@ class AtFrequency:
 class Overall:
     """All golden runs, the most serious first."""
 
-    runs: tuple[Compared, ...]
+    runs: tuple[Comparison, ...]
     tolerance: float
     made_by: tuple[tuple[str, str, str], ...]
     """Changed software and settings: name, versions in the references and now."""
 
     @property
-    def moved(self) -> tuple[Compared, ...]:
+    def moved(self) -> tuple[Comparison, ...]:
         """The runs that a person has to check."""
-        return tuple(each for each in self.runs if each.standing.moved)
+        return tuple(run for run in self.runs if run.standing.moved)
 
     @property
     def exit_code(self) -> ExitCode:
         """5 if a run could not be compared, 1 if one changed, else 0."""
-        if any(each.standing is Standing.NOT_COMPARED for each in self.runs):
+        if any(run.standing is Standing.NOT_COMPARED for run in self.runs):
             return ExitCode.DATA
         return ExitCode.FAIL if self.moved else ExitCode.PASS
 
     def counts(self) -> dict[Standing, int]:
         """Return the number of runs by outcome."""
-        found = Counter(each.standing for each in self.runs)
-        return {standing: found[standing] for standing in Standing if found[standing]}
+        counts = Counter(run.standing for run in self.runs)
+        return {standing: counts[standing] for standing in Standing if counts[standing]}
 
     def verdict_flips(self) -> dict[tuple[str, str], int]:
         """Return the number of runs by verdict before and now."""
-        pairs = ((each.before.verdict, each.after.verdict) for each in self._compared())
+        pairs = ((run.before.verdict, run.after.verdict) for run in self._compared_runs())
         return dict(Counter(pair for pair in pairs if pair[0] != pair[1]).most_common())
 
     def shifts_in_u(self) -> list[float]:
         """Return the change of every run's results in U of its reference, 0 if none changed."""
-        found: list[float] = []
-        for each in self._compared():
-            for name in (HEADLINE, *each.before.results):
-                before, after = (side.figures.get(name) for side in (each.before, each.after))
+        shifts: list[float] = []
+        for run in self._compared_runs():
+            for name in (HEADLINE, *run.before.results):
+                before, after = (snapshot.figures.get(name) for snapshot in (run.before, run.after))
                 if before and after and before.expanded:
-                    found.append((after.value - before.value) / before.expanded)
-        return found
+                    shifts.append((after.value - before.value) / before.expanded)
+        return shifts
 
     def shifts(self) -> Spread | None:
         """Return the statistics of these; None if there are none."""
-        found = self.shifts_in_u()
-        return _spread(found) if found else None
+        shifts = self.shifts_in_u()
+        return _spread(shifts) if shifts else None
 
     def by_frequency(self) -> list[AtFrequency]:
         """Return the changes of the results at each set-point, by frequency."""
         shifts: dict[float, list[tuple[float, float | None]]] = {}
-        for each in self._compared():
-            for point in each.before.frequencies:
-                before, after = (f.figures.get(point.figure) for f in (each.before, each.after))
+        for run in self._compared_runs():
+            for point in run.before.frequencies:
+                before, after = (s.figures.get(point.figure) for s in (run.before, run.after))
                 if before and after:
                     shift, u = after.value - before.value, before.expanded
                     pair = (shift, shift / u if u else None)
                     shifts.setdefault(point.frequency_hz, []).append(pair)
-        found = []
+        rows = []
         for hz, pairs in sorted(shifts.items()):
             in_u = [u for _, u in pairs if u is not None]
             spread = _spread([shift for shift, _ in pairs])
-            found.append(AtFrequency(hz, spread, _spread(in_u) if in_u else None))
-        return found
+            rows.append(AtFrequency(hz, spread, _spread(in_u) if in_u else None))
+        return rows
 
     def document(self) -> dict[str, Any]:
         """Return the outcome for JSON."""
@@ -114,12 +114,12 @@ class Overall:
                 {"name": name, "reference": then, "now": now} for name, then, now in self.made_by
             ],
             "counts": {str(standing): n for standing, n in self.counts().items()},
-            "runs": [_run(each) for each in self.runs],
+            "runs": [_run(run) for run in self.runs],
         }
 
-    def _compared(self) -> Iterator[Compared]:
+    def _compared_runs(self) -> Iterator[Comparison]:
         skip = Standing.NOT_COMPARED
-        return (each for each in self.runs if each.standing is not skip)
+        return (run for run in self.runs if run.standing is not skip)
 
 
 def _spread(values: list[float]) -> Spread:
@@ -129,24 +129,24 @@ def _spread(values: list[float]) -> Spread:
     return Spread(len(values), float(array.mean()), deviation, largest)
 
 
-def _run(each: Compared) -> Mapping[str, Any]:
+def _run(run: Comparison) -> Mapping[str, Any]:
     return {
-        "run": each.name,
-        "standing": str(each.standing),
-        "problem": each.problem or None,
-        "method": {"reference": each.before.method, "now": each.after.method},
-        "verdict": {"reference": each.before.verdict, "now": each.after.verdict},
-        "flips": [*each.flips.verdicts, *each.flips.checks],
-        "moves": [_move(move) for move in each.moves],
+        "run": run.name,
+        "standing": str(run.standing),
+        "problem": run.problem or None,
+        "method": {"reference": run.before.method, "now": run.after.method},
+        "verdict": {"reference": run.before.verdict, "now": run.after.verdict},
+        "flips": [*run.flips.verdicts, *run.flips.checks],
+        "moves": [_move(move) for move in run.moves],
     }
 
 
 def _move(move: Move) -> Mapping[str, Any]:
     before, after = move.before, move.after
-    known = after or before
+    figure = after or before
     return {
         "figure": move.name,
-        "unit": known.unit if known else None,
+        "unit": figure.unit if figure else None,
         "reference": before and before.value,
         "expanded_uncertainty_95": before and before.expanded,
         "now": after and after.value,

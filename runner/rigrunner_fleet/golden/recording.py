@@ -18,7 +18,7 @@ from rigrunner.run.locate import RUN_FILE
 from rigrunner.run.provenance import software
 from rigrunner.runfile import read_info
 from rigrunner.runfile.durable import writing
-from rigrunner_fleet.golden.reference import REFERENCE, Found, Reference, found_in, write_reference
+from rigrunner_fleet.golden.reference import REFERENCE, Reference, Snapshot, write_reference
 from rigrunner_fleet.reanalysis.batch import RESULT, Batch
 
 if TYPE_CHECKING:
@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     from rigrunner.api.devices import StopToken
     from rigrunner.jobs import Workers
     from rigrunner_fleet.reanalysis.changes import Changes
-    from rigrunner_fleet.reanalysis.selection import Chosen
+    from rigrunner_fleet.reanalysis.selection import SelectedRun
     from rigrunner_fleet.reanalysis.task import Row
 
 PROVIDERS = "plugin providers"
@@ -58,26 +58,26 @@ class Recorder:
     stop: StopToken
     progress: Callable[[int, int], None]
 
-    def record(self, runs: Sequence[Chosen]) -> Recorded:
+    def record(self, runs: Sequence[SelectedRun]) -> Recorded:
         """Analyse the runs and write a reference for each.
 
         A refused analysis is recorded too. Raises UsageError if the folder has a reference of one
         of them already, DataError for a run that cannot be read, and AbortedError once the token is
         set.
         """
-        known = [run.name for run in runs if (self.out / run.name / REFERENCE).exists()]
-        if known:
+        existing = [run.name for run in runs if (self.out / run.name / REFERENCE).exists()]
+        if existing:
             raise UsageError(
-                f"'{known[0]}' is golden already in {self.out}",
+                f"'{existing[0]}' is golden already in {self.out}",
                 hint="remove its folder there if what it gives now is to be the reference",
             )
         with results_folder(None) as folder:
             batch = Batch(
                 folder, self.changes, self.station, self.workers, self.stop, self.progress
             )
-            found = batch.run(runs)
-            rows = {row.run: row for row in (*found.analysed, *found.failed)}
-            made_by = how_made(self.station, self.changes)
+            summary = batch.run(runs)
+            rows = {row.run: row for row in (*summary.analysed, *summary.failed)}
+            made_by = software_used(self.station, self.changes)
             references = [
                 self._reference(run, rows[run.name], folder, made_by)
                 for run in runs
@@ -85,24 +85,24 @@ class Recorder:
             ]
         for reference in references:
             write_reference(self.out, reference)
-        return Recorded(tuple(references), found.skipped)
+        return Recorded(tuple(references), summary.skipped)
 
     def _reference(
-        self, run: Chosen, row: Row, results: Path, made_by: Mapping[str, str]
+        self, run: SelectedRun, row: Row, results: Path, made_by: Mapping[str, str]
     ) -> Reference:
         info = read_info(run.path)
         document = read_result(results, run.name)
         return Reference(
             name=run.name,
             run=info.header.run_id,
-            at=self._kept(run),
+            at=self._run_path(run),
             digest_sha256=info.digest,
             no_load_sha256=no_load_digest(document),
             made_by=dict(made_by),
-            found=Found(problem=row.problem) if document is None else found_in(document),
+            found=Snapshot(problem=row.problem) if document is None else Snapshot.of(document),
         )
 
-    def _kept(self, run: Chosen) -> str:
+    def _run_path(self, run: SelectedRun) -> str:
         """Return the path of the run from the folder; copy it if asked."""
         if not self.copy:
             return Path(os.path.relpath(run.path, self.out.resolve())).as_posix()
@@ -114,21 +114,21 @@ class Recorder:
         return f"{run.name}/{RUN_FILE}"
 
 
-def how_made(station: str | None, changes: Changes) -> dict[str, str]:
+def software_used(station: str | None, changes: Changes) -> dict[str, str]:
     """Return how results are made: software with its versions, and changed settings."""
-    found = software(lab_registry(station))
-    providers = {_PLACE.sub("", each) for each in found.pop(PROVIDERS).split(", ")}
-    return {**found, PROVIDERS: ", ".join(sorted(providers)), SETTINGS: changes.describe()}
+    versions = software(lab_registry(station))
+    providers = {_PLACE.sub("", provider) for provider in versions.pop(PROVIDERS).split(", ")}
+    return {**versions, PROVIDERS: ", ".join(sorted(providers)), SETTINGS: changes.describe()}
 
 
 @contextmanager
-def results_folder(kept: Path | None) -> Iterator[Path]:
+def results_folder(folder: Path | None) -> Iterator[Path]:
     """Yield the folder for results: the given one, or a temporary one."""
-    if kept is not None:
-        yield kept.resolve()
+    if folder is not None:
+        yield folder.resolve()
         return
-    with tempfile.TemporaryDirectory(prefix="rigrunner-golden-") as folder:
-        yield Path(folder)
+    with tempfile.TemporaryDirectory(prefix="rigrunner-golden-") as temporary:
+        yield Path(temporary)
 
 
 def read_result(folder: Path, name: str) -> Mapping[str, Any] | None:
@@ -145,5 +145,5 @@ def read_result(folder: Path, name: str) -> Mapping[str, Any] | None:
 
 def no_load_digest(document: Mapping[str, Any] | None) -> str:
     """Return the digest of the no-load recordings that a result rests on; '' without any."""
-    found = (document or {}).get("no_load_run") or {}
-    return str(found.get("digest_sha256", ""))
+    no_load_run = (document or {}).get("no_load_run") or {}
+    return str(no_load_run.get("digest_sha256", ""))

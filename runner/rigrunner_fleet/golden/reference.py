@@ -30,7 +30,7 @@ if TYPE_CHECKING:
 REFERENCE = "reference.json"
 
 
-class Found(Settings):
+class Snapshot(Settings):
     """The compared part of an analysis of a run."""
 
     problem: str = ""
@@ -47,6 +47,21 @@ class Found(Settings):
     frequencies: tuple[AtFrequency, ...] = ()
     results: tuple[str, ...] = ()
     """The figures that are named results."""
+
+    @classmethod
+    def of(cls, document: Mapping[str, Any]) -> Snapshot:
+        """Return the compared part of a result document."""
+        text = json.dumps(document, sort_keys=True, separators=(",", ":"))
+        return cls(
+            sha256=hashlib.sha256(text.encode()).hexdigest(),
+            method=document["headline"]["method"] or "",
+            verdicts=verdicts(document),
+            checks=checks(document),
+            sources=sources(document),
+            figures=figures(document),
+            frequencies=tuple(frequencies(document)),
+            results=named_results(document),
+        )
 
     @property
     def verdict(self) -> str:
@@ -69,26 +84,11 @@ class Reference(Settings):
     """Digest of those of the no-load run in the result."""
     made_by: dict[str, str]
     """Software with its versions, and changed settings, which made this result."""
-    found: Found
+    found: Snapshot
 
     def path(self, folder: Path) -> Path:
         """Return the path of the run."""
         return Path(os.path.normpath(folder / self.at))
-
-
-def found_in(document: Mapping[str, Any]) -> Found:
-    """Return the compared part of a result document."""
-    text = json.dumps(document, sort_keys=True, separators=(",", ":"))
-    return Found(
-        sha256=hashlib.sha256(text.encode()).hexdigest(),
-        method=document["headline"]["method"] or "",
-        verdicts=verdicts(document),
-        checks=checks(document),
-        sources=sources(document),
-        figures=figures(document),
-        frequencies=tuple(frequencies(document)),
-        results=named_results(document),
-    )
 
 
 def write_reference(folder: Path, reference: Reference) -> None:
@@ -105,7 +105,7 @@ def read_references(folder: Path) -> list[Reference]:
             f"there is no golden run in {folder}",
             hint="'rigrunner golden record RUNS --out FOLDER' makes them",
         )
-    return sorted(map(_read, files), key=lambda each: each.name)
+    return sorted(map(_read, files), key=lambda reference: reference.name)
 
 
 def _read(file: Path) -> Reference:

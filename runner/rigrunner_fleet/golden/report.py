@@ -14,65 +14,67 @@ if TYPE_CHECKING:
     from rigrunner_fleet.golden.overall import Overall
 
 
-def golden_study(found: Overall) -> GoldenStudy:
+def golden_study(overall: Overall) -> GoldenStudy:
     """Return the check for a report."""
     return GoldenStudy(
-        quantity=f"{len(found.moved)} of {len(found.runs)} to be looked at",
+        quantity=f"{len(overall.moved)} of {len(overall.runs)} to be looked at",
         unit="N·m",
         asked={
-            "Golden runs": str(len(found.runs)),
-            "Tolerance": f"{found.tolerance:g} U",
-            **{name: f"{now}, was {then}" for name, then, now in found.made_by},
+            "Golden runs": str(len(overall.runs)),
+            "Tolerance": f"{overall.tolerance:g} U",
+            **{name: f"{now}, was {then}" for name, then, now in overall.made_by},
         },
         excluded=tuple(
-            Excluded(each.name, each.problem)
-            for each in found.runs
-            if each.standing is Standing.NOT_COMPARED
+            Excluded(run.name, run.problem)
+            for run in overall.runs
+            if run.standing is Standing.NOT_COMPARED
         ),
-        tolerance=found.tolerance,
-        counts=tuple((str(each), each.moved, count) for each, count in found.counts().items()),
-        flips=tuple((then, now, count) for (then, now), count in found.verdict_flips().items()),
-        shifts_in_u=tuple(found.shifts_in_u()),
+        tolerance=overall.tolerance,
+        counts=tuple(
+            (str(standing), standing.moved, count) for standing, count in overall.counts().items()
+        ),
+        flips=tuple((then, now, count) for (then, now), count in overall.verdict_flips().items()),
+        shifts_in_u=tuple(overall.shifts_in_u()),
         set_points=tuple(
             Shift(
-                frequency_hz=each.frequency_hz,
-                count=each.shift_nm.n,
-                mean_nm=each.shift_nm.mean,
-                deviation_nm=each.shift_nm.deviation,
-                mean_in_u=None if each.in_u is None else each.in_u.mean,
-                largest_in_u=None if each.in_u is None else each.in_u.largest,
+                frequency_hz=row.frequency_hz,
+                count=row.shift_nm.n,
+                mean_nm=row.shift_nm.mean,
+                deviation_nm=row.shift_nm.deviation,
+                mean_in_u=None if row.in_u is None else row.in_u.mean,
+                largest_in_u=None if row.in_u is None else row.in_u.largest,
             )
-            for each in found.by_frequency()
+            for row in overall.by_frequency()
         ),
         runs=tuple(
             GoldenRun(
-                name=each.name,
-                standing=str(each.standing),
-                moved=each.standing.moved,
-                verdict=each.after.verdict,
-                lines=tuple(details(each)),
+                name=run.name,
+                standing=str(run.standing),
+                moved=run.standing.moved,
+                verdict=run.after.verdict,
+                lines=tuple(details(run)),
             )
-            for each in found.runs
+            for run in overall.runs
         ),
     )
 
 
-def junit(found: Overall) -> str:
+def junit(overall: Overall) -> str:
     """Return the check as XML, with a test case for each run."""
-    standings = [each.standing for each in found.runs]
+    standings = [run.standing for run in overall.runs]
     errors = standings.count(Standing.NOT_COMPARED)
     suite = Element(
         "testsuite",
         name="rigrunner golden",
         tests=str(len(standings)),
-        failures=str(len(found.moved) - errors),
+        failures=str(len(overall.moved) - errors),
         errors=str(errors),
         skipped="0",
     )
-    for each in found.runs:
-        case = SubElement(suite, "testcase", classname="golden", name=printable(each.name))
-        if each.standing.moved:
-            kind = "error" if each.standing is Standing.NOT_COMPARED else "failure"
-            problem = SubElement(case, kind, message=str(each.standing), type=each.standing.name)
-            problem.text = printable("\n".join(details(each)))
+    for run in overall.runs:
+        case = SubElement(suite, "testcase", classname="golden", name=printable(run.name))
+        if run.standing.moved:
+            kind = "error" if run.standing is Standing.NOT_COMPARED else "failure"
+            problem = SubElement(case, kind, message=str(run.standing), type=run.standing.name)
+            problem.text = printable("\n".join(details(run)))
     return tostring(suite, encoding="unicode", xml_declaration=True) + "\n"

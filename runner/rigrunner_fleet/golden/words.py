@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    from rigrunner_fleet.golden.comparing import Compared, Move
+    from rigrunner_fleet.golden.comparing import Comparison, Move
     from rigrunner_fleet.golden.overall import Overall
 
 SHOWN = 3
@@ -18,29 +18,29 @@ _MOST_DECIMALS = 8
 """Beyond these a number is written with six significant digits."""
 
 
-def conclusion(found: Overall) -> str:
+def conclusion(overall: Overall) -> str:
     """Return the conclusion, in one line."""
-    total, moved = len(found.runs), len(found.moved)
+    total, moved = len(overall.runs), len(overall.moved)
     runs = "1 golden run" if total == 1 else f"{total} golden runs"
     if not moved:
         return f"No change in {runs}"
     return f"{moved} of {runs} {'has' if moved == 1 else 'have'} to be looked at"
 
 
-def details(each: Compared) -> Iterator[str]:
+def details(run: Comparison) -> Iterator[str]:
     """Yield the details of a run: reason, changed verdicts and checks, largest changes."""
-    if each.problem:
-        yield each.problem
-    yield from each.flips.verdicts
-    if each.before.method != each.after.method and each.after.method and each.before.method:
-        yield f"method: {each.before.method} -> {each.after.method}"
-    listed = [each.headline] if each.headline else []
-    others = [move for move in each.moves if move not in listed]
+    if run.problem:
+        yield run.problem
+    yield from run.flips.verdicts
+    if run.before.method != run.after.method and run.after.method and run.before.method:
+        yield f"method: {run.before.method} -> {run.after.method}"
+    listed = [run.headline] if run.headline else []
+    others = [move for move in run.moves if move not in listed]
     listed += others[: SHOWN - len(listed)]
     yield from map(move_text, listed)
-    if len(each.moves) > len(listed):
-        yield f"and {len(each.moves) - len(listed)} more figures"
-    yield from each.flips.checks
+    if len(run.moves) > len(listed):
+        yield f"and {len(run.moves) - len(listed)} more figures"
+    yield from run.flips.checks
 
 
 def move_text(move: Move) -> str:
@@ -49,7 +49,7 @@ def move_text(move: Move) -> str:
     if before is None or after is None:
         return f"{move.name}: {'is new' if before is None else 'is gone'}"
     unit = "" if after.unit == "1" else f" {after.unit}"
-    then, now = (_number(each.value, before.expanded) for each in (before, after))
+    then, now = (_number(figure.value, before.expanded) for figure in (before, after))
     shift = f" ({in_u(move.in_u)})" if move.shift else ""
     change_of_u = f", U {move.of_u:+.2%}" if move.of_u else ""
     return f"{move.name}: {then} -> {now}{unit}{shift}{change_of_u}"

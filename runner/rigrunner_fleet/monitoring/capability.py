@@ -8,9 +8,9 @@ from scipy import stats
 
 from rigrunner.api.errors import DataError
 from rigrunner.api.studies import CapabilitySeries, CapabilityStudy
-from rigrunner_fleet.monitoring.observing import each_group
+from rigrunner_fleet.monitoring.observing import study_groups
 from rigrunner_fleet.trends.capability import capability
-from rigrunner_fleet.trends.charting import Baseline, Charting, charted
+from rigrunner_fleet.trends.charting import Baseline, Charting, control_chart
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -24,7 +24,7 @@ _NOT_NORMAL = 0.01
 
 
 def capability_study(
-    found: Observations,
+    observations: Observations,
     asked: Mapping[str, str],
     *,
     lower: float | None,
@@ -35,17 +35,17 @@ def capability_study(
 
     Without given limits each group has those of its runs.
     """
-    series, refused = each_group(
-        found,
+    series, refused = study_groups(
+        observations,
         lambda name, group: _series(name, group, _limits(group, lower, upper), confidence),
         "no capability can be stated",
     )
     return CapabilityStudy(
-        quantity=found.quantity.name,
-        unit=found.unit,
+        quantity=observations.quantity.name,
+        unit=observations.unit,
         asked=asked,
-        excluded=found.excluded,
-        warnings=found.warnings,
+        excluded=observations.excluded,
+        warnings=observations.warnings,
         lower=lower,
         upper=upper,
         series=series,
@@ -54,11 +54,11 @@ def capability_study(
 
 
 def _series(name: str, group: Group, limits: Bounds, confidence: float) -> CapabilitySeries:
-    values = [each.value for each in group.observed]
+    values = [observation.value for observation in group.observed]
     lower, upper = limits
-    found = capability(values, lower=lower, upper=upper, confidence=confidence)
+    indices = capability(values, lower=lower, upper=upper, confidence=confidence)
     warnings = tuple(_warnings(group.observed))
-    return CapabilitySeries(name, tuple(group.observed), found, warnings, lower, upper)
+    return CapabilitySeries(name, tuple(group.observed), indices, warnings, lower, upper)
 
 
 def _limits(group: Group, lower: float | None, upper: float | None) -> Bounds:
@@ -66,34 +66,34 @@ def _limits(group: Group, lower: float | None, upper: float | None) -> Bounds:
     if lower is not None or upper is not None:
         return lower, upper
     if len(group.limits) > 1:
-        words = []
+        counts = []
         for (low, high), count in sorted(group.limits.items(), key=str):
-            given = [] if low is None else [f"{low:.12g} or more"]
-            given += [] if high is None else [f"{high:.12g} or less"]
-            words.append(f"{count} with {' and '.join(given) or 'none'}")
-        known = "; ".join(words)
-        raise DataError(f"the runs have several limits: {known}", hint=_GIVE)
-    (found,) = group.limits
-    if found == (None, None):
+            bounds = [] if low is None else [f"{low:.12g} or more"]
+            bounds += [] if high is None else [f"{high:.12g} or less"]
+            counts.append(f"{count} with {' and '.join(bounds) or 'none'}")
+        all_limits = "; ".join(counts)
+        raise DataError(f"the runs have several limits: {all_limits}", hint=_GIVE)
+    (limits,) = group.limits
+    if limits == (None, None):
         raise DataError("the runs have no limit of it", hint=_GIVE)
-    return found
+    return limits
 
 
 def _warnings(observed: Sequence[Observed]) -> list[str]:
-    found = []
-    values = [each.value for each in observed]
-    chart = charted("", observed, Charting(baseline=Baseline(len(values))))
-    met = sum(1 for each in chart.points if each.rules)
+    warnings = []
+    values = [observation.value for observation in observed]
+    chart = control_chart("", observed, Charting(baseline=Baseline(len(values))))
+    met = sum(1 for point in chart.points if point.rules)
     if met:
-        found.append(
+        warnings.append(
             f"the process was not in control: a Nelson rule is met at {met} of {len(values)} "
             "values. The indices describe the past, not the future (ISO 22514-1: performance, "
             "Pp and Ppk, instead of capability)"
         )
     p = float(stats.shapiro(values).pvalue)
     if p < _NOT_NORMAL:
-        found.append(
+        warnings.append(
             f"the values are not normal (Shapiro and Wilk: p = {p:.2g}): the indices and their"
             " intervals are not valid as stated"
         )
-    return found
+    return warnings

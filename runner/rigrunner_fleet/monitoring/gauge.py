@@ -12,7 +12,7 @@ from rigrunner.api.errors import DataError, UsageError
 from rigrunner.api.studies import Excluded, GaugeStudy
 from rigrunner_fleet.archive.querying import rows
 from rigrunner_fleet.archive.rows import FOLDER
-from rigrunner_fleet.monitoring.observing import Found, named_values, unfit
+from rigrunner_fleet.monitoring.observing import RunValue, named_values, why_excluded
 from rigrunner_fleet.monitoring.quantities import TORQUE_UNIT, TORQUES, of_name, quantity_in
 from rigrunner_fleet.trends.gauge_rr import gauge_rr
 
@@ -44,7 +44,7 @@ class Sessions:
     excluded: list[Excluded] = field(default_factory=list)
 
 
-def sessions(archive: Database, name: str, filters: Filters) -> Sessions:
+def read_sessions(archive: Database, name: str, filters: Filters) -> Sessions:
     """Return the readings of the selected runs.
 
     Each set-point of a run is a trial; for a named result each of its values, such as over a
@@ -56,55 +56,55 @@ def sessions(archive: Database, name: str, filters: Filters) -> Sessions:
         readings = named_values(archive, filters)
     else:
         readings = _torques(archive, quantity, filters)
-    found = Sessions(quantity)
+    sessions = Sessions(quantity)
     places = _set_points(archive, filters) if quantity.is_named else {}
     for run in rows(archive, "runs", filters):
         trials = readings.get(run[FOLDER], [])
-        reason = unfit(run) or _unclear(run, trials)
+        reason = why_excluded(run) or _why_no_trials(run, trials)
         if reason:
-            found.excluded.append(Excluded(run["run_id"] or run["path"], reason))
+            sessions.excluded.append(Excluded(run["run_id"] or run["path"], reason))
             continue
         cell = (run["specimen"], run["operator"])
-        values = [each.value for each in trials if each.value is not None]
-        found.cells.setdefault(cell, []).extend(values)
-        found.expanded += [each.expanded for each in trials if each.expanded]
-        by = f" by {run['method']}" if run["method"] else ""
-        found.kinds[f"{run['procedure']}{by} on {run['rig']}"] += 1
-        found.places |= {
-            places.get((run[FOLDER], each.number), "") if quantity.is_named else each.place
-            for each in trials
+        values = [trial.value for trial in trials if trial.value is not None]
+        sessions.cells.setdefault(cell, []).extend(values)
+        sessions.expanded += [trial.expanded for trial in trials if trial.expanded]
+        method = f" by {run['method']}" if run["method"] else ""
+        sessions.kinds[f"{run['procedure']}{method} on {run['rig']}"] += 1
+        sessions.places |= {
+            places.get((run[FOLDER], trial.number), "") if quantity.is_named else trial.place
+            for trial in trials
         }
-        found.unit = trials[0].unit
-    return found
+        sessions.unit = trials[0].unit
+    return sessions
 
 
-def _torques(archive: Database, quantity: Quantity, filters: Filters) -> dict[str, list[Found]]:
+def _torques(archive: Database, quantity: Quantity, filters: Filters) -> dict[str, list[RunValue]]:
     """Return the torque, or the raw peak, at each set-point of each run."""
     if quantity.name not in TORQUES:
         hint = f"there are {', '.join(TORQUES)}, and named results"
         raise UsageError(f"no matching run has a result '{quantity.name}'", hint=hint)
     value, expanded = TORQUES[quantity.name]
-    found: dict[str, list[Found]] = {}
+    values: dict[str, list[RunValue]] = {}
     for row in rows(archive, "points", filters):
         place = f"{row['set_frequency_hz']:g} Hz"
-        known = row[expanded] if expanded else None
-        found.setdefault(row[FOLDER], []).append(Found(row[value], known, TORQUE_UNIT, place))
-    return found
+        entry = RunValue(row[value], row[expanded] if expanded else None, TORQUE_UNIT, place)
+        values.setdefault(row[FOLDER], []).append(entry)
+    return values
 
 
 def _set_points(archive: Database, filters: Filters) -> dict[tuple[str, int], str]:
     """Return the set-points of each named result by run and number: 'role.name = 100 °C'."""
-    found: dict[tuple[str, int], str] = {}
+    set_points: dict[tuple[str, int], str] = {}
     for row in rows(archive, "coordinates", filters):
         if row["name"] != row["short"]:
             key = row[FOLDER], row["number"]
-            told = [found[key]] if key in found else []
-            found[key] = ", ".join([*told, f"{row['name']} = {row['text']}"])
-    return found
+            previous = [set_points[key]] if key in set_points else []
+            set_points[key] = ", ".join([*previous, f"{row['name']} = {row['text']}"])
+    return set_points
 
 
 def gauge_study(
-    found: Sessions,
+    sessions: Sessions,
     asked: Mapping[str, str],
     tolerance: float | None = None,
 ) -> GaugeStudy:
@@ -112,50 +112,53 @@ def gauge_study(
 
     Raises UsageError if the readings are of several kinds.
     """
-    _check_alike(found)
-    parts, operators = (tuple(sorted(set(each))) for each in zip(*found.cells, strict=True))
-    _check_crossed(found.cells, parts, operators)
-    readings = tuple(tuple(tuple(found.cells[part, by]) for by in operators) for part in parts)
+    _check_alike(sessions)
+    parts, operators = (tuple(sorted(set(names))) for names in zip(*sessions.cells, strict=True))
+    _check_crossed(sessions.cells, parts, operators)
+    cells = sessions.cells
+    readings = tuple(
+        tuple(tuple(cells[part, operator]) for operator in operators) for part in parts
+    )
     return GaugeStudy(
-        quantity=found.quantity.name,
-        unit=found.unit,
+        quantity=sessions.quantity.name,
+        unit=sessions.unit,
         asked=asked,
-        excluded=tuple(found.excluded),
+        excluded=tuple(sessions.excluded),
         parts=parts,
         operators=operators,
         readings=readings,
         analysis=gauge_rr(readings),
         tolerance=tolerance,
-        expanded=median(found.expanded) if found.expanded else None,
+        expanded=median(sessions.expanded) if sessions.expanded else None,
     )
 
 
-def _unclear(run: Mapping[str, Any], trials: Sequence[Found]) -> str:
+def _why_no_trials(run: Mapping[str, Any], trials: Sequence[RunValue]) -> str:
     missing = [name for name in ("specimen", "operator") if not run[name]]
     if missing:
         return f"it has no {' and no '.join(missing)}"
     if not trials:
         return "it has no matching set-point"
-    empty = sum(1 for each in trials if each.value is None)
+    empty = sum(1 for trial in trials if trial.value is None)
     return f"{empty} of {len(trials)} trials have no value" if empty else ""
 
 
-def _check_alike(found: Sessions) -> None:
-    if not found.cells:
-        reasons = Counter(each.reason for each in found.excluded).most_common(_NAMED)
-        told = "; ".join(f"{count} left out: {reason}" for reason, count in reasons)
+def _check_alike(sessions: Sessions) -> None:
+    if not sessions.cells:
+        reasons = Counter(run.reason for run in sessions.excluded).most_common(_NAMED)
+        left_out = "; ".join(f"{count} left out: {reason}" for reason, count in reasons)
         raise DataError(
-            f"there is no session of a gauge study: {told or 'no matching run'}",
+            f"there is no session of a gauge study: {left_out or 'no matching run'}",
             hint="the procedure gauge_rr makes them",
         )
-    if len(found.kinds) > 1:
-        kinds = ", ".join(f"{name} ({count})" for name, count in sorted(found.kinds.items()))
+    if len(sessions.kinds) > 1:
+        kinds = ", ".join(f"{name} ({count})" for name, count in sorted(sessions.kinds.items()))
         raise UsageError(
             f"results of several kinds: {kinds}", hint="choose by --procedure or --rig"
         )
-    if len(found.places) > 1:
-        shown = ", ".join(sorted(found.places))
-        option = "--where" if found.quantity.is_named else "--frequency"
+    if len(sessions.places) > 1:
+        shown = ", ".join(sorted(sessions.places))
+        option = "--where" if sessions.quantity.is_named else "--frequency"
         raise UsageError(f"readings at several set-points: {shown}", hint=f"choose by {option}")
 
 
@@ -168,17 +171,17 @@ def _check_crossed(
             f"{_count(parts, 'part')} and {_count(operators, 'operator')} are not a crossed study",
             hint="at least 2 of each; 10 parts and 3 operators are usual",
         )
-    every = product(parts, operators)
-    missing = [f"{part} by {by}" for part, by in every if (part, by) not in cells]
+    pairs = product(parts, operators)
+    missing = [f"{part} by {operator}" for part, operator in pairs if (part, operator) not in cells]
     if missing:
         raise DataError(
             f"the study is not crossed: {_listed(missing)} {'is' if len(missing) == 1 else 'are'} "
             "missing",
             hint="measure what is missing, or leave out the part or the operator",
         )
-    trials = Counter(len(each) for each in cells.values())
+    trials = Counter(len(readings) for readings in cells.values())
     usual = trials.most_common(1)[0][0]
-    counts = {f"{part} by {by}": len(each) for (part, by), each in cells.items()}
+    counts = {f"{part} by {operator}": len(cell) for (part, operator), cell in cells.items()}
     odd = [f"{name} has {count}" for name, count in counts.items() if count != usual]
     if odd:
         raise DataError(

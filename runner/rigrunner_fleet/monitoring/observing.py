@@ -31,8 +31,8 @@ _APART = "separate them: --by rig --by mandrel"
 
 
 @dataclass(frozen=True)
-class Found:
-    """A value with its unit, before it is known whether its run counts."""
+class RunValue:
+    """A value of a run with its unit; the run may turn out to be excluded."""
 
     value: float | None
     expanded: float | None
@@ -86,17 +86,17 @@ def observe(
         filters = of_name(name, filters)
     by = by or quantity.groups
     values = _values(archive, quantity, filters)
-    places = {each.place for several in values.values() for each in several}
+    places = {entry.place for entries in values.values() for entry in entries}
     groups: dict[str, Group] = {}
     excluded, simulated, counted, doubtful = [], set(), 0, 0
     figures: dict[tuple[str, float | None], str] = {}
     for run in rows(archive, "runs", filters):
         run_id = run["run_id"] or run["path"]
-        found = values.get(run[FOLDER], [])
-        reason = unfit(run) or _unclear(found, quantity)
+        entries = values.get(run[FOLDER], [])
+        reason = why_excluded(run) or _why_no_value(entries, quantity)
         if not (reason or quantity.is_result):
             # The figure of a no-load run is there again in each run that uses it.
-            key = (run["no_load_run"] or run["run_id"], found[0].value)
+            key = (run["no_load_run"] or run["run_id"], entries[0].value)
             first = figures.setdefault(key, run["run_id"])
             if first != run["run_id"]:
                 reason = f"its value is that of {first}: the same no-load run"
@@ -106,17 +106,17 @@ def observe(
         counted += 1
         simulated.add(bool(run["simulated"]))
         doubtful += bool(run["failed_checks"])
-        empty = [each.place for each in found if each.value is None]
+        empty = [entry.place for entry in entries if entry.value is None]
         excluded += [Excluded(run_id, f"it has no value at {place}") for place in empty]
-        for value, each in [(each.value, each) for each in found if each.value is not None]:
-            told = [_name(run, by), each.place] if len(places) > 1 else [_name(run, by)]
-            group = groups.setdefault(", ".join(filter(None, told)), Group())
-            group.observed.append(Observed(run_id, run["started_utc"], value, each.expanded))
+        for value, entry in [(entry.value, entry) for entry in entries if entry.value is not None]:
+            group_name = [_name(run, by), entry.place] if len(places) > 1 else [_name(run, by)]
+            group = groups.setdefault(", ".join(filter(None, group_name)), Group())
+            group.observed.append(Observed(run_id, run["started_utc"], value, entry.expanded))
             group.kinds[_kind(run, quantity)] += 1
-            group.limits[each.limits] += 1
+            group.limits[entry.limits] += 1
     if not groups:
-        raise DataError(_nothing(quantity, excluded), hint="'rigrunner archive search' shows runs")
-    units = {each.unit for several in values.values() for each in several}
+        raise DataError(_no_value(quantity, excluded), hint="'rigrunner archive search' shows runs")
+    units = {entry.unit for entries in values.values() for entry in entries}
     warnings = []
     if len(simulated) > 1:
         warnings.append("the runs include simulated ones: --real leaves them out")
@@ -126,7 +126,7 @@ def observe(
     return Observations(quantity, by, shown, groups, tuple(excluded), tuple(warnings))
 
 
-def of_one_kind(group: Group, quantity: Quantity) -> None:
+def _check_one_kind(group: Group, quantity: Quantity) -> None:
     """Raise DataError if values of a group cannot be compared with each other."""
     if len(group.kinds) < 2:  # noqa: PLR2004  (of one kind, all can be compared)
         return
@@ -136,36 +136,36 @@ def of_one_kind(group: Group, quantity: Quantity) -> None:
     raise DataError(f"figures of several rigs or mandrels: {kinds}", hint=_APART)
 
 
-def _values(archive: Database, quantity: Quantity, filters: Filters) -> dict[str, list[Found]]:
+def _values(archive: Database, quantity: Quantity, filters: Filters) -> dict[str, list[RunValue]]:
     if quantity.is_named:
         return named_values(archive, filters)
     if not quantity.is_result:
         return _figures(archive, quantity, filters)
     at_points = any(name in filters.ranges for name in _OF_POINTS)
     value, expanded = TORQUES[quantity.name]
-    found: dict[str, list[Found]] = {}
+    values: dict[str, list[RunValue]] = {}
     for row in rows(archive, "points" if at_points else "runs", filters):
         if row[value] is not None:
-            each = Found(row[value], row[expanded] if expanded else None, TORQUE_UNIT)
-            found.setdefault(row[FOLDER], []).append(each)
-    return found
+            torque = RunValue(row[value], row[expanded] if expanded else None, TORQUE_UNIT)
+            values.setdefault(row[FOLDER], []).append(torque)
+    return values
 
 
-def named_values(archive: Database, filters: Filters) -> dict[str, list[Found]]:
+def named_values(archive: Database, filters: Filters) -> dict[str, list[RunValue]]:
     """Return the named results of each run, in the unit of the newest."""
-    every = [row for row in rows(archive, "results", filters) if row["si_unit"]]
-    kinds = sorted({row["si_unit"] for row in every})
+    results = [row for row in rows(archive, "results", filters) if row["si_unit"]]
+    kinds = sorted({row["si_unit"] for row in results})
     if len(kinds) > 1:
         hint = "choose by --procedure or --revision"
-        raise UsageError(f"'{every[0]['name']}' is in {' and in '.join(kinds)}", hint=hint)
-    found: dict[str, list[Found]] = {}
-    for row in every:
-        found.setdefault(row[FOLDER], []).append(_in_unit(row, every[-1]["unit"]))
-    return found
+        raise UsageError(f"'{results[0]['name']}' is in {' and in '.join(kinds)}", hint=hint)
+    values: dict[str, list[RunValue]] = {}
+    for row in results:
+        values.setdefault(row[FOLDER], []).append(_in_unit(row, results[-1]["unit"]))
+    return values
 
 
-def _in_unit(row: Mapping[str, Any], symbol: str) -> Found:
-    """Return a named result in another unit of the same kind; in its own as it is stated."""
+def _in_unit(row: Mapping[str, Any], symbol: str) -> RunValue:
+    """Return a named result in another unit of the same kind; unchanged if it is its own."""
     expanded = None if row["expanded"] is None else float(row["expanded"])
     value, place = row["value"], row["place"] or ""
     limits = row["lower"], row["upper"]
@@ -174,10 +174,10 @@ def _in_unit(row: Mapping[str, Any], symbol: str) -> Found:
         value = None if value is None else _converted(row["si_value"], symbol)
         expanded = expanded and expanded * scale
         limits = (
-            _between(limits[0], row["unit"], symbol),
-            _between(limits[1], row["unit"], symbol),
+            _converted_limit(limits[0], row["unit"], symbol),
+            _converted_limit(limits[1], row["unit"], symbol),
         )
-    return Found(value, expanded, symbol, place, row["number"], limits)
+    return RunValue(value, expanded, symbol, place, row["number"], limits)
 
 
 def _converted(si: float, symbol: str) -> float:
@@ -185,24 +185,24 @@ def _converted(si: float, symbol: str) -> float:
 
     25.3 °C stated in K is 25.30000000000001 °C, and equal values would seem to scatter.
     """
-    known = unit(symbol)
-    rounding = 4 * ulp(max(abs(si), abs(known.offset))) / known.factor
+    target = unit(symbol)
+    rounding = 4 * ulp(max(abs(si), abs(target.offset))) / target.factor
     return round(from_si(si, symbol), floor(-log10(rounding)))
 
 
-def _between(value: float | None, symbol: str, other: str) -> float | None:
+def _converted_limit(value: float | None, symbol: str, target: str) -> float | None:
     """Return a limit in another unit, without digits from rounding."""
     if value is None:
         return None
-    known = unit(symbol)
-    return float(f"{from_si(value * known.factor + known.offset, other):.12g}")
+    source = unit(symbol)
+    return float(f"{from_si(value * source.factor + source.offset, target):.12g}")
 
 
-def _figures(archive: Database, quantity: Quantity, filters: Filters) -> dict[str, list[Found]]:
-    found: dict[str, list[Found]] = {}
-    names, known, units = set(), set(), set()
+def _figures(archive: Database, quantity: Quantity, filters: Filters) -> dict[str, list[RunValue]]:
+    values: dict[str, list[RunValue]] = {}
+    names, known_names, units = set(), set(), set()
     for row in rows(archive, "figures", filters):
-        known.add(row["name"])
+        known_names.add(row["name"])
         if quantity.fits(row["source"], row["name"]) and row["value"] is not None:
             names.add(f"{row['source']}/{row['name']}")
             units.add(row["unit"] or "1")
@@ -210,8 +210,8 @@ def _figures(archive: Database, quantity: Quantity, filters: Filters) -> dict[st
             if row["u"] is not None and isfinite(row["u"]):
                 dof = inf if row["dof"] is None else row["dof"]
                 expanded = float(row["u"] * coverage_factor(dof))
-            each = Found(row["value"], expanded, row["unit"] or "")
-            found.setdefault(row[FOLDER], []).append(each)
+            figure = RunValue(row["value"], expanded, row["unit"] or "")
+            values.setdefault(row[FOLDER], []).append(figure)
     if len(names) > 1:
         raise UsageError(
             f"several figures are called '{quantity.name}'",
@@ -220,16 +220,16 @@ def _figures(archive: Database, quantity: Quantity, filters: Filters) -> dict[st
     if len(units) > 1:
         hint = "choose by --procedure or --revision"
         raise UsageError(f"'{quantity.name}' is in {' and in '.join(sorted(units))}", hint=hint)
-    known |= {row["name"] for row in rows(archive, "results", filters)}
-    if not found and known:
+    known_names |= {row["name"] for row in rows(archive, "results", filters)}
+    if not values and known_names:
         raise UsageError(
             f"no matching run has a result or figure '{quantity.name}'",
-            hint=f"there are: {', '.join([*TORQUES, *sorted(known)])}",
+            hint=f"there are: {', '.join([*TORQUES, *sorted(known_names)])}",
         )
-    return found
+    return values
 
 
-def unfit(run: Mapping[str, Any]) -> str:
+def why_excluded(run: Mapping[str, Any]) -> str:
     """Return why a run of an archive does not count in a study; empty if it does."""
     if run["problem"]:
         return "it cannot be read"
@@ -240,33 +240,33 @@ def unfit(run: Mapping[str, Any]) -> str:
     return "it is the replay of a tape" if run["replayed"] else ""
 
 
-def _unclear(found: Sequence[Found], quantity: Quantity) -> str:
+def _why_no_value(entries: Sequence[RunValue], quantity: Quantity) -> str:
     """Return why the result of a run is no value; empty if it is one, or one at each place."""
-    if all(each.value is None for each in found):
+    if all(entry.value is None for entry in entries):
         return "it has no such value"
-    if len(found) > 1 and not quantity.is_named:
+    if len(entries) > 1 and not quantity.is_named:
         return "several of its set-points match"
-    finite = all(each.value is None or isfinite(each.value) for each in found)
+    finite = all(entry.value is None or isfinite(entry.value) for entry in entries)
     return "" if finite else "its value is not a finite number"
 
 
 def _name(run: Mapping[str, Any], by: Sequence[str]) -> str:
-    return ", ".join(f"{each} {run[each] or NOT_STATED}" for each in by) or "all runs"
+    return ", ".join(f"{column} {run[column] or NOT_STATED}" for column in by) or "all runs"
 
 
 def _kind(run: Mapping[str, Any], quantity: Quantity) -> str:
     if quantity.is_result:
         return " by ".join(filter(None, (run["procedure"], run["method"])))
     names = ("rig",) if quantity.is_zero else ("rig", "mandrel")
-    return " with ".join(filter(None, (run[each] for each in names)))
+    return " with ".join(filter(None, (run[column] for column in names)))
 
 
-def _nothing(quantity: Quantity, excluded: Sequence[Excluded]) -> str:
+def _no_value(quantity: Quantity, excluded: Sequence[Excluded]) -> str:
     if not excluded:
         return "no matching run"
-    reasons = Counter(each.reason for each in excluded).most_common(3)
-    told = "; ".join(f"{count} x {reason}" for reason, count in reasons)
-    return f"no matching run has a valid '{quantity.name}': {told}"
+    reasons = Counter(run.reason for run in excluded).most_common(3)
+    counts = "; ".join(f"{count} x {reason}" for reason, count in reasons)
+    return f"no matching run has a valid '{quantity.name}': {counts}"
 
 
 _Series = TypeVar("_Series")
@@ -275,26 +275,26 @@ _Series = TypeVar("_Series")
 class NoStudyError(DataError):
     """No group has a study; `refused` has the reason of each, by its name."""
 
-    def __init__(self, nothing: str, refused: dict[str, str], hint: str) -> None:
-        told = "; ".join(f"{name}: {reason}" for name, reason in refused.items())
-        super().__init__(f"{nothing}. {told}", hint=hint)
+    def __init__(self, problem: str, refused: dict[str, str], hint: str) -> None:
+        reasons = "; ".join(f"{name}: {reason}" for name, reason in refused.items())
+        super().__init__(f"{problem}. {reasons}", hint=hint)
         self.refused = refused
 
 
-def each_group(
-    found: Observations, made: Callable[[str, Group], _Series], nothing: str
+def study_groups(
+    observations: Observations, study: Callable[[str, Group], _Series], problem: str
 ) -> tuple[tuple[_Series, ...], dict[str, str]]:
     """Return the study of each group, by its name, and the reasons of groups without one.
 
-    Raises NoStudyError that begins with `nothing` if no group has a study.
+    Raises NoStudyError that begins with `problem` if no group has a study.
     """
     series, refused, hint = [], {}, ""
-    for name, group in sorted(found.groups.items()):
+    for name, group in sorted(observations.groups.items()):
         try:
-            of_one_kind(group, found.quantity)
-            series.append(made(name, group))
+            _check_one_kind(group, observations.quantity)
+            series.append(study(name, group))
         except DataError as error:
             refused[name], hint = error.message, error.hint
     if not series:
-        raise NoStudyError(nothing, refused, hint)
+        raise NoStudyError(problem, refused, hint)
     return tuple(series), refused

@@ -11,7 +11,7 @@ from rigrunner.api.units import QuantityError, from_si, unit, with_article
 from rigrunner_fleet.archive.querying import rows
 
 if TYPE_CHECKING:
-    from rigrunner.api.quantity import Quantity as Given
+    from rigrunner.api.quantity import Quantity as PhysicalQuantity
     from rigrunner_fleet.archive.database import Database
     from rigrunner_fleet.archive.filters import Filters
 
@@ -48,12 +48,12 @@ class Quantity:
 
     def fits(self, source: str, name: str) -> bool:
         """Return whether a figure of the archive is this one."""
-        asked = SHORT.get(self.name, self.name)
-        return asked in {name, f"{source}/{name}"} or (asked == ZERO == source)
+        figure = SHORT.get(self.name, self.name)
+        return figure in {name, f"{source}/{name}"} or (figure == ZERO == source)
 
 
 def quantity_in(archive: Database, name: str, filters: Filters) -> Quantity:
-    """Return what a name means: a result of the selected runs, else a figure of rigs."""
+    """Return the quantity of a name: a result of the selected runs, else a figure of rigs."""
     if name in TORQUES:
         return Quantity(name)
     return Quantity(
@@ -75,18 +75,18 @@ def width_in(text: str, symbol: str) -> float | None:
     """Return a difference of two limits in the unit of a study; raises as `limit_in`."""
     if not text:
         return None
-    found = _read(text, symbol)
+    width = _read(text, symbol)
     # A difference: the offset of a scale of temperature is in none.
-    return found.number * found.unit.factor / unit(symbol).factor
+    return width.number * width.unit.factor / unit(symbol).factor
 
 
-def _read(text: str, symbol: str) -> Given:
+def _read(text: str, symbol: str) -> PhysicalQuantity:
     try:
-        found = parse_quantity(text)
+        quantity = parse_quantity(text)
     except QuantityError as error:
         raise UsageError(f"'{text}': {error.message}", hint=error.hint) from error
-    if found.dimension != unit(symbol).dimension:
+    if quantity.dimension != unit(symbol).dimension:
         raise UsageError(
-            f"'{text}' is {with_article(found.dimension)}, and the values are in {symbol}"
+            f"'{text}' is {with_article(quantity.dimension)}, and the values are in {symbol}"
         )
-    return found
+    return quantity

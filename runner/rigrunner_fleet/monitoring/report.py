@@ -24,11 +24,11 @@ _NAMES = {"Trend": "trend", "CapabilityStudy": "capability", "GaugeStudy": "gaug
 def write_study(study: StudyInput, path: Path) -> None:
     """Write the report of a study, in the format of the file's suffix; raise UsageError."""
     registry = load_registry()
-    found = [each.record for each in registry.plugins if each.kind == KIND]
-    records = [each for each in found if isinstance(each, StudyFormatRecord)]
-    name = next((each.name for each in records if each.suffix == path.suffix), "")
+    plugins = [plugin.record for plugin in registry.plugins if plugin.kind == KIND]
+    records = [record for record in plugins if isinstance(record, StudyFormatRecord)]
+    name = next((record.name for record in records if record.suffix == path.suffix), "")
     if not name:
-        suffixes = ", ".join(sorted({each.suffix for each in records}))
+        suffixes = ", ".join(sorted({record.suffix for record in records}))
         raise UsageError(f"no report is written as '{path.name}'", hint=f"end it with: {suffixes}")
     content = registry.make(KIND, name, {})(study)
     try:
@@ -44,11 +44,11 @@ def study_document(study: StudyInput) -> dict[str, Any]:
 
 def _json(value: Any) -> Any:
     if is_dataclass(value):
-        return {each.name: _json(getattr(value, each.name)) for each in fields(value)}
+        return {field.name: _json(getattr(value, field.name)) for field in fields(value)}
     if isinstance(value, (list, tuple)):
-        return [_json(each) for each in value]
+        return [_json(entry) for entry in value]
     if isinstance(value, datetime):
         return utc_text(value)
     if isinstance(value, float) and not isfinite(value):
         return "infinite"
-    return {key: _json(each) for key, each in value.items()} if hasattr(value, "items") else value
+    return {key: _json(entry) for key, entry in value.items()} if hasattr(value, "items") else value

@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING
 from rigrunner.api.errors import UsageError
 from rigrunner.api.studies import Trend
 from rigrunner_fleet.archive.ranges import since, until
-from rigrunner_fleet.monitoring.observing import each_group
-from rigrunner_fleet.trends.charting import Baseline, charted
+from rigrunner_fleet.monitoring.observing import study_groups
+from rigrunner_fleet.trends.charting import Baseline, control_chart
 from rigrunner_fleet.trends.charts import FEWEST
 
 if TYPE_CHECKING:
@@ -18,21 +18,21 @@ if TYPE_CHECKING:
     from rigrunner_fleet.trends.charting import Charting
 
 
-def trend(found: Observations, how: Charting, asked: Mapping[str, str]) -> Trend:
+def trend(observations: Observations, charting: Charting, asked: Mapping[str, str]) -> Trend:
     """Return the chart of each group; raise NoStudyError if there is none."""
-    series, refused = each_group(
-        found,
-        lambda name, group: charted(name, group.observed, how),
+    series, refused = study_groups(
+        observations,
+        lambda name, group: control_chart(name, group.observed, charting),
         "no chart can be made",
     )
     return Trend(
-        quantity=found.quantity.name,
-        unit=found.unit,
+        quantity=observations.quantity.name,
+        unit=observations.unit,
         asked=asked,
-        excluded=found.excluded,
-        warnings=found.warnings,
-        chart=how.chart,
-        rules=how.rule_texts(),
+        excluded=observations.excluded,
+        warnings=observations.warnings,
+        chart=charting.chart,
+        rules=charting.rule_texts(),
         series=series,
         not_charted=refused,
     )
@@ -55,9 +55,9 @@ def baseline_of(text: str) -> Baseline:
             hint="such as 20, or 2026-01-01..2026-02-28, days in UTC",
             field="baseline",
         )
-    found = Baseline(None, since(first) if first else None, until(last) if last else None)
-    if found.since is not None and found.until is not None and found.since >= found.until:
+    span = Baseline(None, since(first) if first else None, until(last) if last else None)
+    if span.since is not None and span.until is not None and span.since >= span.until:
         raise UsageError(
             f"the baseline '{text}' is empty", hint="the earlier day comes first", field="baseline"
         )
-    return found
+    return span

@@ -7,7 +7,7 @@ from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from rigrunner_fleet.notebook.found import figures_of, plot_of, points_of, results_of, results_plot
+from rigrunner_fleet.notebook.rows import figures_of, plot_of, points_of, results_of, results_plot
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from rigrunner.api.results import Result
     from rigrunner.plots import Plot
     from rigrunner_fleet.archive import Rows
-    from rigrunner_fleet.notebook.found import Document
+    from rigrunner_fleet.notebook.rows import Document
 
 
 @dataclass(frozen=True, eq=False)
@@ -70,5 +70,5 @@ def analyse(
     from rigrunner.run.lab_plugins import lab_registry  # noqa: PLC0415  (the analysis is heavy)
     from rigrunner.run.stored import analyse_run  # noqa: PLC0415  (the same)
 
-    others = {name: Path(path) for name, path in (partners or {}).items()}
-    return Analysis(analyse_run(Path(run), lab_registry(station), others))
+    partner_paths = {name: Path(path) for name, path in (partners or {}).items()}
+    return Analysis(analyse_run(Path(run), lab_registry(station), partner_paths))

@@ -13,7 +13,7 @@ from rigrunner.plots import draw
 from rigrunner.runfile import read
 from rigrunner.signal.recording_figures import of_recording
 from rigrunner_fleet.archive.rows import imported
-from rigrunner_fleet.notebook.found import figures_of, plot_of, points_of, results_of, results_plot
+from rigrunner_fleet.notebook.rows import figures_of, plot_of, points_of, results_of, results_plot
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -49,13 +49,13 @@ class Run:
     @property
     def recordings(self) -> Mapping[str, Recording]:
         """The finished recordings by name, in order: channels of shape (n,), in SI units."""
-        return {each.name: each for each in self.stored.recordings}
+        return {recording.name: recording for recording in self.stored.recordings}
 
     @property
     def result(self) -> dict[str, Any] | None:
         """The first analysis, as in `result.json`; None without one."""
-        found = self.stored.result_document
-        return None if found is None else dict(found)
+        document = self.stored.result_document
+        return None if document is None else dict(document)
 
     @property
     def points(self) -> Rows:
@@ -131,15 +131,15 @@ def set_of(recording: Recording) -> xr.Dataset:
         name: (TIME, values, {"units": recording.units.get(name, "1")})
         for name, values in recording.arrays().items()
     }
-    told = {**recording.conditions, **recording.setpoints, **recording.coordinates}
+    facts = {**recording.conditions, **recording.setpoints, **recording.coordinates}
     if recording.elapsed_s is not None:
-        told["elapsed_s"] = recording.elapsed_s
+        facts["elapsed_s"] = recording.elapsed_s
     if recording.cycles is not None:
-        told["cycles"] = recording.cycles
-    attributes = {"recording": recording.name, "rate_hz": recording.rate_hz, **told}
+        facts["cycles"] = recording.cycles
+    attributes = {"recording": recording.name, "rate_hz": recording.rate_hz, **facts}
     time_s = (TIME, _time_s(recording), {"units": "s"})
-    found: xr.Dataset = xarray.Dataset(channels, {TIME: time_s}, attributes)
-    return found
+    dataset: xr.Dataset = xarray.Dataset(channels, {TIME: time_s}, attributes)
+    return dataset
 
 
 def frame_of_measurements(measurements: Sequence[Measurement], name: str) -> pd.DataFrame:
@@ -148,14 +148,14 @@ def frame_of_measurements(measurements: Sequence[Measurement], name: str) -> pd.
     `attrs` has the units by name, and as `shown_in` the display units. Raises UsageError if there
     is none.
     """
-    rows = [each for each in measurements if each.name == name]
+    rows = [row for row in measurements if row.name == name]
     if not rows:
-        names = ", ".join(dict.fromkeys(each.name for each in measurements)) or "none"
+        names = ", ".join(dict.fromkeys(row.name for row in measurements)) or "none"
         raise UsageError(f"nothing was measured as '{name}'", hint=f"there are: {names}")
     pandas = imported("pandas")
-    frame: pd.DataFrame = pandas.DataFrame([_cells(each) for each in rows])
-    frame.attrs["units"] = {key: unit for each in rows for key, unit in each.units.items()}
-    frame.attrs["shown_in"] = {key: unit for each in rows for key, unit in each.written_in.items()}
+    frame: pd.DataFrame = pandas.DataFrame([_cells(row) for row in rows])
+    frame.attrs["units"] = {key: unit for row in rows for key, unit in row.units.items()}
+    frame.attrs["shown_in"] = {key: unit for row in rows for key, unit in row.written_in.items()}
     return frame
 
 

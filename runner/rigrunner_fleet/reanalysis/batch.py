@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from rigrunner.api.devices import StopToken
     from rigrunner.jobs import Workers
     from rigrunner_fleet.reanalysis.changes import Changes
-    from rigrunner_fleet.reanalysis.selection import Chosen
+    from rigrunner_fleet.reanalysis.selection import SelectedRun
 
 DONE = "done.jsonl"
 RESULT = "result.json"
@@ -44,7 +44,7 @@ class Batch:
     raw: bool = False
     """Whether the summary has texts unchanged, even if a spreadsheet takes them for formulas."""
 
-    def run(self, runs: Sequence[Chosen]) -> Summary:
+    def run(self, runs: Sequence[SelectedRun]) -> Summary:
         """Analyse every run that is not finished, and return the outcomes of all.
 
         A failed run is listed, and the others continue; it is tried again the next time. Raises
@@ -57,42 +57,42 @@ class Batch:
                 hint="name a new folder",
             )
         station = None if self.station is None else str(find_station(self.station).resolve())
-        used = software(lab_registry(station))
-        task = Reanalysis(self.changes, station, used)
+        versions = software(lab_registry(station))
+        task = Reanalysis(self.changes, station, versions)
         failed: list[Row] = []
         # What a result depends on besides its run.
         code = code_digest(*plugin_folders(self.station))
-        identity = {**used, "code": code, "changes of the analysis": self.changes.describe()}
-        with journal(self.out / DONE, identity) as kept:
-            keys = {each: json.dumps([each.name, each.stamp]) for each in runs}
-            left = [each for each in runs if keys[each] not in kept]
-            done = len(runs) - len(left)
+        identity = {**versions, "code": code, "changes of the analysis": self.changes.describe()}
+        with journal(self.out / DONE, identity) as finished:
+            keys = {run: json.dumps([run.name, run.stamp]) for run in runs}
+            remaining = [run for run in runs if keys[run] not in finished]
+            done = len(runs) - len(remaining)
             self.progress(done, len(runs))
-            for each in self.workers.outcomes(task, [run.path for run in left], self.stop):
-                chosen = left[each.place]
-                if each.answer.value is None:
-                    self._tell(chosen, TRACE, each.answer.trace)
-                    failed.append(Row(run=chosen.name, problem=each.problem))
+            for outcome in self.workers.outcomes(task, [run.path for run in remaining], self.stop):
+                run = remaining[outcome.place]
+                if outcome.answer.value is None:
+                    self._write(run, TRACE, outcome.answer.trace)
+                    failed.append(Row(run=run.name, problem=outcome.problem))
                 else:
-                    self._tell(chosen, RESULT, each.answer.value.result)
-                    kept.add(keys[chosen], {**each.answer.value.row, "run": chosen.name})
+                    self._write(run, RESULT, outcome.answer.value.result)
+                    finished.add(keys[run], {**outcome.answer.value.row, "run": run.name})
                 done += 1
                 self.progress(done, len(runs))
-            rows = [Row(**kept[keys[each]]) for each in runs if keys[each] in kept]
-        found = Summary(tuple(rows), tuple(sorted(failed, key=by_run)), len(runs))
-        write_summary(self.out, found, raw=self.raw)
+            rows = [Row(**finished[keys[run]]) for run in runs if keys[run] in finished]
+        summary = Summary(tuple(rows), tuple(sorted(failed, key=by_run)), len(runs))
+        write_summary(self.out, summary, raw=self.raw)
         if done < len(runs):
             raise AbortedError(
                 f"{done} of {len(runs)} runs are done",
                 hint=f"their results are in {self.out}: the same command continues with the rest",
             )
-        return found
+        return summary
 
-    def _tell(self, chosen: Chosen, name: str, text: str) -> None:
+    def _write(self, run: SelectedRun, name: str, text: str) -> None:
         """Write the result of a run in place of an earlier one, which is removed first."""
-        folder = self.out / chosen.name
+        folder = self.out / run.name
         with writing(folder):
-            for old in (RESULT, TRACE):
-                (folder / old).unlink(missing_ok=True)
+            for old_name in (RESULT, TRACE):
+                (folder / old_name).unlink(missing_ok=True)
         if text:
             write_text(folder / name, text)

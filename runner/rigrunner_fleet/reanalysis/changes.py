@@ -1,4 +1,4 @@
-"""In what way stored runs are analysed again: as their procedures say, but for what is changed."""
+"""Changes with which stored runs are analysed again: the rest is as in their procedures."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Changes:
-    """What stands in place of the procedure's own analyses."""
+    """Changes of a procedure's analyses, for a new analysis of its runs."""
 
     analysis: Mapping[str, Any] = field(default_factory=dict)
     """Settings of the analysis that gives the measurand, in place of its own."""
@@ -31,33 +31,33 @@ class Changes:
 
     def applied(self, procedure: Procedure, registry: Registry) -> Procedure:
         """Return the changed procedure; raise DataError where its parts contradict each other."""
-        told = {**self.analysis, **({"primary": self.primary} if self.primary else {})}
-        kept = []
-        for index, each in enumerate(procedure.analysis):
-            record = registry.record(each.kind, each.name)
+        overrides = {**self.analysis, **({"primary": self.primary} if self.primary else {})}
+        analyses = []
+        for index, analysis in enumerate(procedure.analysis):
+            record = registry.record(analysis.kind, analysis.name)
             if not isinstance(record, AnalysisRecord) or record.changed is None:
-                kept += [] if self.named else [each]
-            elif told:
-                own = registry.validated(each.kind, each.name, each.settings)
-                given = registry.validated(each.kind, each.name, told)
+                analyses += [] if self.named else [analysis]
+            elif overrides:
+                own_settings = registry.validated(analysis.kind, analysis.name, analysis.settings)
+                changes = registry.validated(analysis.kind, analysis.name, overrides)
                 try:
-                    settings = record.changed(own, given)
+                    settings = record.changed(own_settings, changes)
                 except DataError as error:
-                    at = f"analysis[{index}].{each.name}"
-                    raise DataError(f"{at}.{error.message}", hint=error.hint) from error
-                kept.append(each.model_copy(update={"settings": settings}))
+                    place = f"analysis[{index}].{analysis.name}"
+                    raise DataError(f"{place}.{error.message}", hint=error.hint) from error
+                analyses.append(analysis.model_copy(update={"settings": settings}))
             else:
-                kept.append(each)
-        return procedure.with_analyses((*kept, *self.named))
+                analyses.append(analysis)
+        return procedure.with_analyses((*analyses, *self.named))
 
     def describe(self) -> str:
         """Return the changes as a text that is the same for the same changes."""
-        told = [
+        parts = [
             _text(self.analysis) if self.analysis else "",
             self.primary,
-            *(_text({each.name: each.settings}) for each in self.named),
+            *(_text({analysis.name: analysis.settings}) for analysis in self.named),
         ]
-        return " ".join(filter(None, told)) or "none"
+        return " ".join(filter(None, parts)) or "none"
 
 
 def check_settings(document: Document, registry: Registry) -> None:

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True)
-class Chosen:
+class SelectedRun:
     """A run, and the name of its result: its path from the folder that was named."""
 
     name: str
@@ -34,42 +34,42 @@ class Chosen:
         return f"{facts.st_size} {facts.st_mtime_ns}"
 
 
-def choose(paths: Iterable[Path]) -> list[Chosen]:
+def select_runs(paths: Iterable[Path]) -> list[SelectedRun]:
     """Return the runs at and below these paths, each once, by their names.
 
     Raises UsageError for a path that does not exist, a folder without runs, and two runs of one
     name.
     """
-    found: dict[str, Chosen] = {}
+    runs: dict[str, SelectedRun] = {}
     for path in paths:
-        for each in _at(path):
-            known = found.setdefault(each.name, each)
-            if known.path != each.path:
+        for run in _at(path):
+            first = runs.setdefault(run.name, run)
+            if first.path != run.path:
                 raise UsageError(
-                    f"{known.path} and {each.path} would have one result, '{each.name}'",
+                    f"{first.path} and {run.path} would have one result, '{run.name}'",
                     hint="name a folder above both, or analyse them into two folders",
                 )
-    return [found[name] for name in sorted(found)]
+    return [runs[name] for name in sorted(runs)]
 
 
-def _at(path: Path) -> Iterator[Chosen]:
-    whole = path.resolve()
-    if whole.name == RUN_FILE:
-        whole = whole.parent
-    if whole.is_file():
-        yield Chosen(whole.stem, whole)
-    elif RunFolder(whole).is_run:
-        yield Chosen(whole.name, whole)
-    elif whole.is_dir():
-        unread: list[Path] = []
-        found = run_folders(whole, lambda below, _: unread.append(whole / below))
-        runs = [each.folder for each in found]
+def _at(path: Path) -> Iterator[SelectedRun]:
+    absolute = path.resolve()
+    if absolute.name == RUN_FILE:
+        absolute = absolute.parent
+    if absolute.is_file():
+        yield SelectedRun(absolute.stem, absolute)
+    elif RunFolder(absolute).is_run:
+        yield SelectedRun(absolute.name, absolute)
+    elif absolute.is_dir():
+        unreadable: list[Path] = []
+        folders = run_folders(absolute, lambda below, _: unreadable.append(absolute / below))
+        runs = [found_run.folder for found_run in folders]
         if not runs:
             raise UsageError(
                 f"there is no run in {path}, nor in any folder below",
-                hint=f"not all could be read: {unread[0]}" if unread else "",
+                hint=f"not all could be read: {unreadable[0]}" if unreadable else "",
             )
-        runs += unread  # to be listed as what cannot be read, not left out in silence
-        yield from (Chosen(run.relative_to(whole).as_posix(), run) for run in runs)
+        runs += unreadable  # so that they are listed as unreadable
+        yield from (SelectedRun(run.relative_to(absolute).as_posix(), run) for run in runs)
     else:
         raise UsageError(f"there is no {path}")

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from pathlib import Path
 
 FORMAT = "rigrunner: reanalysis/1"
-COLUMNS = tuple(each.name for each in fields(Row) if each.name != "results")
+COLUMNS = tuple(field.name for field in fields(Row) if field.name != "results")
 
 
 @dataclass(frozen=True)
@@ -26,7 +26,7 @@ class Summary:
 
     done: tuple[Row, ...]
     failed: tuple[Row, ...]
-    of: int
+    total: int
     """The number of runs; there are fewer lines if the batch was stopped."""
 
     @property
@@ -48,7 +48,7 @@ class Summary:
         """Return it for JSON."""
         return {
             "format": FORMAT,
-            "runs": self.of,
+            "runs": self.total,
             "analysed": len(self.analysed),
             "skipped": len(self.skipped),
             "failed": len(self.failed),
@@ -66,8 +66,8 @@ class Summary:
 
     def results(self, *, raw: bool = False) -> str:
         """Return the named results as CSV, one line each; '' if there are none."""
-        every = [{"run": row.run, **each} for row in self._rows() for each in row.results]
-        return _csv(every, raw) if every else ""
+        results = [{"run": row.run, **result} for row in self._rows() for result in row.results]
+        return _csv(results, raw) if results else ""
 
     def _rows(self) -> list[Row]:
         return sorted((*self.done, *self.failed), key=by_run)
@@ -78,7 +78,7 @@ def _csv(rows: Sequence[Mapping[str, Any]], raw: bool) -> str:  # noqa: FBT001  
     writer = csv.DictWriter(text, rows[0] if rows else COLUMNS, lineterminator="\n")
     writer.writeheader()
     for row in rows:
-        writer.writerow(row if raw else {name: cell(each) for name, each in row.items()})
+        writer.writerow(row if raw else {name: cell(value) for name, value in row.items()})
     return text.getvalue()
 
 
@@ -87,16 +87,16 @@ def by_run(row: Row) -> str:
     return row.run
 
 
-def write_summary(folder: Path, found: Summary, *, raw: bool = False) -> None:
+def write_summary(folder: Path, summary: Summary, *, raw: bool = False) -> None:
     """Write `summary.csv` and `summary.json`, and `results.csv` if there are named results.
 
     Raises DataError if they cannot be written.
     """
-    document = json.dumps(found.document(), ensure_ascii=False, indent=2, allow_nan=False)
+    document = json.dumps(summary.document(), ensure_ascii=False, indent=2, allow_nan=False)
     write_text(folder / "summary.json", f"{document}\n")
-    write_text(folder / "summary.csv", found.table(raw=raw))
-    if named := found.results(raw=raw):
-        write_text(folder / "results.csv", named)
+    write_text(folder / "summary.csv", summary.table(raw=raw))
+    if results := summary.results(raw=raw):
+        write_text(folder / "results.csv", results)
 
 
 def write_text(path: Path, text: str) -> None:

@@ -50,14 +50,14 @@ class Row:
     results: list[Mapping[str, Any]] = field(default_factory=list)
     """Of each named result but the torque: name and place, value and U now and before, unit."""
     skipped: str = ""
-    """Why there is nothing to analyse, where that is so."""
+    """Why there is nothing to analyse, if so."""
     problem: str = ""
     """Why there is no result although there should be one."""
 
 
 @dataclass(frozen=True)
 class Reanalysed:
-    """What one run gave: a line of the summary and the text of its result, if there is one."""
+    """The outcome of one run: a line of the summary and the text of its result, if there is one."""
 
     row: Mapping[str, Any]
     result: str = ""
@@ -65,16 +65,16 @@ class Reanalysed:
 
 @dataclass(frozen=True)
 class Reanalysis:
-    """Analyses a stored run: by these changes, and by this software and no other."""
+    """Analyses a stored run with these changes, by this version of the software only."""
 
     changes: Changes
     station: str | None = None
     """A station whose folder has plugins of its own."""
     software: Mapping[str, str] = field(default_factory=dict)
-    """The version of the caller; another would find other numbers. Empty for any."""
+    """The version of the caller; another may give other numbers. Empty for any."""
 
     def __call__(self, path: Path) -> Reanalysed:
-        """Return what a run gives; raise DataError where it cannot be read or analysed."""
+        """Return the outcome of a run; raise DataError if it cannot be read or analysed."""
         registry = _registry(self.station)
         refuse_other_software(self.software, registry)
         info = read_info(path)
@@ -83,16 +83,16 @@ class Reanalysis:
             return Reanalysed(asdict(_row(info, None, None, skipped=reason)))
         stored = read(path)
         header = stored.header
-        asked = parse_procedure(header.procedure_text, header.procedure_id, stored=True).model
-        if not self.changes.applied(asked, registry).analysis:
+        procedure = parse_procedure(header.procedure_text, header.procedure_id, stored=True).model
+        if not self.changes.applied(procedure, registry).analysis:
             reason = "its procedure asks for no analysis"
             return Reanalysed(asdict(_row(info, None, None, skipped=reason)))
-        found = analyse_stored(
+        result = analyse_stored(
             stored, registry, changes=lambda procedure: self.changes.applied(procedure, registry)
         )
-        content = document(found)
-        text = json.dumps(content, ensure_ascii=False, indent=2, allow_nan=False)
-        return Reanalysed(asdict(_row(info, content, stored.result_document)), f"{text}\n")
+        result_document = document(result)
+        text = json.dumps(result_document, ensure_ascii=False, indent=2, allow_nan=False)
+        return Reanalysed(asdict(_row(info, result_document, stored.result_document)), f"{text}\n")
 
 
 @lru_cache(maxsize=1)
@@ -133,22 +133,22 @@ def _row(
 def _results(
     now: Mapping[str, Any] | None, before: Mapping[str, Any] | None
 ) -> Iterator[Mapping[str, Any]]:
-    found, earlier = _named(now), _named(before)
-    for name in {**earlier, **found}:
-        then, there = earlier.get(name, {}), found.get(name, {})
+    current, earlier = _named(now), _named(before)
+    for name in {**earlier, **current}:
+        old, new = earlier.get(name, {}), current.get(name, {})
         yield {
             "result": name,
-            "value": there.get("value"),
-            "expanded": there.get("expanded_uncertainty_95"),
-            "value_before": then.get("value"),
-            "expanded_before": then.get("expanded_uncertainty_95"),
-            "unit": there.get("unit") or then.get("unit"),
+            "value": new.get("value"),
+            "expanded": new.get("expanded_uncertainty_95"),
+            "value_before": old.get("value"),
+            "expanded_before": old.get("expanded_uncertainty_95"),
+            "unit": new.get("unit") or old.get("unit"),
         }
 
 
 def _named(content: Mapping[str, Any] | None) -> Mapping[str, Mapping[str, Any]]:
-    found = other_results(content or {})
-    return {named_place(each): each["estimate"] for each in found}
+    results = other_results(content or {})
+    return {named_place(result): result["estimate"] for result in results}
 
 
 def _torque(content: Mapping[str, Any] | None) -> Mapping[str, Any]:
@@ -163,5 +163,5 @@ def _failed_checks(content: Mapping[str, Any] | None) -> int:
     if content is None:
         return 0
     methods = content["compensations"].values()
-    checks = [*content["checks"], *(each for found in methods for each in found["checks"])]
-    return sum(not each["ok"] for each in checks)
+    checks = [*content["checks"], *(check for method in methods for check in method["checks"])]
+    return sum(not check["ok"] for check in checks)

@@ -46,12 +46,12 @@ def capability(
         sides.append(one_sided("Cpu", (upper - mean) / (3.0 * deviation), x.size, confidence))
     if lower is not None:
         sides.append(one_sided("Cpl", (mean - lower) / (3.0 * deviation), x.size, confidence))
-    both: list[Index] = []
+    overall: list[Index] = []
     if lower is not None and upper is not None:
         ratio = (upper - lower) / (6.0 * deviation)
-        least = min(each.value for each in sides)
-        both = [two_sided(ratio, x.size, confidence), smaller(least, x.size, confidence)]
-    return Capability(x.size, mean, deviation, confidence, (*both, *sides))
+        least = min(index.value for index in sides)
+        overall = [two_sided(ratio, x.size, confidence), smaller(least, x.size, confidence)]
+    return Capability(x.size, mean, deviation, confidence, (*overall, *sides))
 
 
 def two_sided(cp: float, count: int, confidence: float) -> Index:
@@ -89,11 +89,11 @@ def _non_centrality(t: float, dof: int, probability: float) -> float:
     """Return the non-centrality at which t is reached with that probability."""
     from scipy import optimize, stats  # noqa: PLC0415  (heavy, and needed here alone)
 
-    def off(delta: float) -> float:
+    def difference(delta: float) -> float:
         return float(stats.nct.cdf(t, dof, delta)) - probability
 
     reach = _BRACKET * sqrt(1.0 + t**2 / (2.0 * dof))  # farther out, SciPy's cdf ends in NaN
-    return float(optimize.brentq(off, t - reach, t + reach, xtol=1e-10))
+    return float(optimize.brentq(difference, t - reach, t + reach, xtol=1e-10))
 
 
 def _check(count: int, lower: float | None, upper: float | None) -> None:

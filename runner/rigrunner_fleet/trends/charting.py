@@ -45,16 +45,16 @@ class Baseline:
         if self.first is not None:
             if len(observed) < self.first:
                 count = len(observed)
-                told = "there is 1 value" if count == 1 else f"there are {count} values"
+                available = "there is 1 value" if count == 1 else f"there are {count} values"
                 raise DataError(
-                    f"{told}, and the baseline is the first {self.first}",
+                    f"{available}, and the baseline is the first {self.first}",
                     hint="wait for more, or name a shorter baseline",
                 )
-            return [place < self.first for place in range(len(observed))]
+            return [index < self.first for index in range(len(observed))]
         return [
-            (self.since is None or each.started_utc >= self.since)
-            and (self.until is None or each.started_utc < self.until)
-            for each in observed
+            (self.since is None or value.started_utc >= self.since)
+            and (self.until is None or value.started_utc < self.until)
+            for value in observed
         ]
 
 
@@ -71,75 +71,75 @@ class Charting:
         """Return the applied rules as text."""
         if self.chart == "ewma":
             return {EWMA: _TEXTS[EWMA]}
-        named = {each.name: each.text for each in RULES[self.rules]}
-        return {**named, MOVING_RANGE: _TEXTS[MOVING_RANGE]}
+        texts = {rule.name: rule.text for rule in RULES[self.rules]}
+        return {**texts, MOVING_RANGE: _TEXTS[MOVING_RANGE]}
 
 
-def charted(name: str, observed: Sequence[Observed], how: Charting) -> TrendSeries:
+def control_chart(name: str, observed: Sequence[Observed], charting: Charting) -> TrendSeries:
     """Return the chart of a group, oldest first; the limits are of its baseline alone.
 
     Raises DataError if the baseline is too short, or its values are all equal.
     """
-    taken = how.baseline.of(observed)
-    values = [each.value for each in observed]
-    base = [value for value, of_base in zip(values, taken, strict=True) if of_base]
+    in_baseline = charting.baseline.of(observed)
+    values = [value.value for value in observed]
+    base = [value for value, of_base in zip(values, in_baseline, strict=True) if of_base]
     limits = individuals(base)
     # An EWMA of weight 1 is the values, between three sigma.
-    weight = how.weight if how.chart == "ewma" else 1.0
+    weight = charting.weight if charting.chart == "ewma" else 1.0
     shown = ewma(values, limits.individuals.centre, limits.individuals.sigma, weight=weight)
-    ranges = [None, *(float(each) for each in moving_ranges(values))]
-    rules = _rules(values, limits, shown, how)
+    ranges = [None, *(float(difference) for difference in moving_ranges(values))]
+    rules = _rules(values, limits, shown, charting)
     points = tuple(
         ChartPoint(
-            each,
+            value,
             of_base,
-            float(shown.values[place]),
-            float(shown.lower[place]),
-            float(shown.upper[place]),
-            ranges[place],
-            tuple(rules[place]),
+            float(shown.values[index]),
+            float(shown.lower[index]),
+            float(shown.upper[index]),
+            ranges[index],
+            tuple(rules[index]),
         )
-        for place, (each, of_base) in enumerate(zip(observed, taken, strict=True))
+        for index, (value, of_base) in enumerate(zip(observed, in_baseline, strict=True))
     )
     series = TrendSeries(name, points, limits.individuals, limits.moving_range, lag_one(base))
     return replace(series, warnings=tuple(_warnings(series, len(base))))
 
 
 def _rules(
-    values: Sequence[float], limits: Individuals, shown: Ewma, how: Charting
+    values: Sequence[float], limits: Individuals, shown: Ewma, charting: Charting
 ) -> list[list[str]]:
-    if how.chart == "ewma":
+    if charting.chart == "ewma":
         outside = (shown.values > shown.upper) | (shown.values < shown.lower)
-        return [[EWMA] if each else [] for each in outside]
-    found: list[list[str]] = [[] for _ in values]
-    of_values = limits.individuals
-    for signal in signals(values, of_values.centre, of_values.sigma, how.rules):
-        found[signal.index].append(signal.rule.name)
-    for place in np.flatnonzero(moving_ranges(values) > limits.moving_range.upper):
+        return [[EWMA] if is_outside else [] for is_outside in outside]
+    names: list[list[str]] = [[] for _ in values]
+    chart = limits.individuals
+    for signal in signals(values, chart.centre, chart.sigma, charting.rules):
+        names[signal.index].append(signal.rule.name)
+    for index in np.flatnonzero(moving_ranges(values) > limits.moving_range.upper):
         # A moving range is shown at the later one of its two values.
-        found[int(place) + 1].append(MOVING_RANGE)
-    return found
+        names[int(index) + 1].append(MOVING_RANGE)
+    return names
 
 
 def _warnings(series: TrendSeries, count: int) -> list[str]:
-    found = []
+    warnings = []
     if count < _ADVISED:
-        found.append(f"the limits rest on {count} values: {_ADVISED} to 25 are advised")
-    unstable = sum(1 for each in series.points if each.baseline and each.rules)
+        warnings.append(f"the limits rest on {count} values: {_ADVISED} to 25 are advised")
+    unstable = sum(1 for point in series.points if point.baseline and point.rules)
     if unstable:
-        found.append(
+        warnings.append(
             f"the baseline itself meets a rule at {unstable} of {count} values: find the cause,"
             " and choose another baseline if the rig was faulty"
         )
     if abs(series.lag_one) > 2.0 / sqrt(count):
-        found.append(
+        warnings.append(
             f"neighbours in the baseline are correlated, by {series.lag_one:.2f}: the rate of"
             " false alarms differs from that of the rules"
         )
-    stated = [each.observed.expanded for each in series.points if each.observed.expanded]
-    if stated and 3.0 * series.individuals.sigma < median(stated):
-        found.append(
+    expanded = [point.observed.expanded for point in series.points if point.observed.expanded]
+    if expanded and 3.0 * series.individuals.sigma < median(expanded):
+        warnings.append(
             "the limits are narrower than the expanded uncertainty of a value: an alarm may be"
             " real and still smaller than the uncertainty of a single result"
         )
-    return found
+    return warnings

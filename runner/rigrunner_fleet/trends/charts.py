@@ -78,8 +78,8 @@ def ewma(values: Sequence[float], centre: float, sigma: float, *, weight: float)
     if not 0.0 < weight <= 1.0:
         raise DataError(f"the weight of an EWMA is above 0 and at most 1, not {weight:g}")
     smoothed, last = [], centre
-    for each in np.asarray(values, dtype=np.float64):
-        last = weight * float(each) + (1.0 - weight) * last
+    for value in np.asarray(values, dtype=np.float64):
+        last = weight * float(value) + (1.0 - weight) * last
         smoothed.append(last)
     number = np.arange(1, len(smoothed) + 1)
     spread = weight / (2.0 - weight) * (1.0 - (1.0 - weight) ** (2 * number))
@@ -92,9 +92,9 @@ def lag_one(values: Sequence[float]) -> float:
 
     Beyond 2/sqrt(n) the limits of a chart of individuals do not hold (e-Handbook 6.4.4.3).
     """
-    off = np.asarray(values, dtype=np.float64) - np.mean(values)
-    total = float(off @ off)
-    return float(off[1:] @ off[:-1]) / total if total > 0.0 else 0.0
+    deviations = np.asarray(values, dtype=np.float64) - np.mean(values)
+    total = float(deviations @ deviations)
+    return float(deviations[1:] @ deviations[:-1]) / total if total > 0.0 else 0.0
 
 
 def _checked(baseline: Sequence[float]) -> npt.NDArray[np.float64]:

@@ -35,23 +35,23 @@ def gauge_rr(readings: npt.ArrayLike) -> GaugeAnalysis:
     values = _checked(readings)
     parts, operators, trials = values.shape
     rows = _table(values)
-    part, operator, both, error, _ = rows
-    pooled = both.p is not None and both.p > POOLING_LEVEL
+    part, operator, crossed, error, _ = rows
+    pooled = crossed.p is not None and crossed.p > POOLING_LEVEL
     if pooled:
-        square = (both.sum_of_squares + error.sum_of_squares) / (
-            both.degrees_of_freedom + error.degrees_of_freedom
+        square = (crossed.sum_of_squares + error.sum_of_squares) / (
+            crossed.degrees_of_freedom + error.degrees_of_freedom
         )
-        repeatability, interaction, against = square, 0.0, square
+        repeatability, interaction, reference = square, 0.0, square
     else:
-        repeatability, against = error.mean_square, both.mean_square
-        interaction = max(0.0, (both.mean_square - error.mean_square) / trials)
-    found = Components(
+        repeatability, reference = error.mean_square, crossed.mean_square
+        interaction = max(0.0, (crossed.mean_square - error.mean_square) / trials)
+    components = Components(
         repeatability=sqrt(repeatability),
-        operator=sqrt(max(0.0, (operator.mean_square - against) / (parts * trials))),
+        operator=sqrt(max(0.0, (operator.mean_square - reference) / (parts * trials))),
         interaction=sqrt(interaction),
-        part=sqrt(max(0.0, (part.mean_square - against) / (operators * trials))),
+        part=sqrt(max(0.0, (part.mean_square - reference) / (operators * trials))),
     )
-    return GaugeAnalysis(rows, pooled, found, known(rows[:4], values.shape, pooled=pooled))
+    return GaugeAnalysis(rows, pooled, components, intervals(rows[:4], values.shape, pooled=pooled))
 
 
 def _table(values: npt.NDArray[np.float64]) -> tuple[Row, ...]:
@@ -61,28 +61,28 @@ def _table(values: npt.NDArray[np.float64]) -> tuple[Row, ...]:
     cells = values.mean(axis=2)
     of_parts = operators * trials * float(((by_part - mean) ** 2).sum())
     of_operators = parts * trials * float(((by_operator - mean) ** 2).sum())
-    apart = cells - by_part[:, None] - by_operator[None, :] + mean
-    of_both = trials * float((apart**2).sum())
+    residuals = cells - by_part[:, None] - by_operator[None, :] + mean
+    of_both = trials * float((residuals**2).sum())
     of_error = float(((values - cells[:, :, None]) ** 2).sum())
     of_all = float(((values - mean) ** 2).sum())
     error = _row("repeatability", parts * operators * (trials - 1), of_error)
-    both = _row("part x operator", (parts - 1) * (operators - 1), of_both, error)
+    crossed = _row("part x operator", (parts - 1) * (operators - 1), of_both, error)
     return (
-        _row("part", parts - 1, of_parts, both),
-        _row("operator", operators - 1, of_operators, both),
-        both,
+        _row("part", parts - 1, of_parts, crossed),
+        _row("operator", operators - 1, of_operators, crossed),
+        crossed,
         error,
         _row("total", values.size - 1, of_all),
     )
 
 
-def _row(source: str, dof: int, squares: float, against: Row | None = None) -> Row:
+def _row(source: str, dof: int, squares: float, denominator: Row | None = None) -> Row:
     mean = squares / dof
-    if against is None or against.mean_square == 0.0:
+    if denominator is None or denominator.mean_square == 0.0:
         return Row(source, dof, squares, mean)
-    f = mean / against.mean_square
+    f = mean / denominator.mean_square
     return Row(
-        source, dof, squares, mean, f, float(special.fdtrc(dof, against.degrees_of_freedom, f))
+        source, dof, squares, mean, f, float(special.fdtrc(dof, denominator.degrees_of_freedom, f))
     )
 
 
@@ -107,15 +107,17 @@ SEED = 20001
 """Seed of the draws: the same study has the same intervals."""
 
 
-def known(rows: tuple[Row, ...], shape: tuple[int, ...], *, pooled: bool) -> Mapping[str, Known]:
+def intervals(
+    rows: tuple[Row, ...], shape: tuple[int, ...], *, pooled: bool
+) -> Mapping[str, Known]:
     """Return the interval of each component.
 
-    `rows` are part, operator, both and repeatability; `shape` is (parts, operators, trials). If
-    pooled, the interaction is part of the repeatability.
+    `rows` are part, operator, interaction and repeatability; `shape` is (parts, operators,
+    trials). If pooled, the interaction is part of the repeatability.
     """
     parts, operators, trials = shape
-    squares = np.array([each.sum_of_squares for each in rows])
-    dof = np.array([each.degrees_of_freedom for each in rows])
+    squares = np.array([row.sum_of_squares for row in rows])
+    dof = np.array([row.degrees_of_freedom for row in rows])
     of_operator = np.array([0, 1, -1, 0]) / (parts * trials)
     of_both = np.array([0, 0, 1, -1]) / trials
     repeatability = np.array([0, 0, 0, 1.0])
@@ -134,20 +136,20 @@ def known(rows: tuple[Row, ...], shape: tuple[int, ...], *, pooled: bool) -> Map
             weights[3], weights[2] = weights[2] + weights[3], 0
         combinations["reproducibility"] = combinations["operator"]
         combinations["gauge"] = combinations["operator"] + repeatability
-    # A sum of squares over its variance is chi-squared: so are possible variances drawn.
+    # A sum of squares over its variance is chi-squared: possible variances are drawn from that.
     drawn = squares / np.random.default_rng(SEED).chisquare(dof, (DRAWS, 4))
     tails = (1 - CONFIDENCE) / 2, (1 + CONFIDENCE) / 2
     return {
-        name: _known(weights, squares / dof, dof, np.quantile(drawn @ weights, tails))
+        name: _interval(weights, squares / dof, dof, np.quantile(drawn @ weights, tails))
         for name, weights in combinations.items()
     }
 
 
-def _known(weights: Array, mean_squares: Array, dof: Array, interval: Array) -> Known:
+def _interval(weights: Array, mean_squares: Array, dof: Array, limits: Array) -> Known:
     """Return a component as a standard deviation; a negative variance is taken as 0."""
     terms = weights * mean_squares
     # Satterthwaite's degrees of freedom of a sum of mean squares.
     variance, spread = terms.sum(), np.sum(terms**2 / dof)
     freedom = float(variance**2 / spread) if variance > 0 else 0.0
-    low, high = np.sqrt(np.maximum(interval, 0.0))
+    low, high = np.sqrt(np.maximum(limits, 0.0))
     return Known(float(low), float(high), CONFIDENCE, freedom)

@@ -53,8 +53,8 @@ def _window(met: npt.NDArray[np.bool_], least: int, of: int) -> npt.NDArray[np.b
     """
     counts = np.cumsum(met, dtype=np.int64)
     before = np.concatenate([np.zeros(of, dtype=np.int64), counts])[: met.size]
-    found: npt.NDArray[np.bool_] = met & (counts - before >= least)
-    return found
+    result: npt.NDArray[np.bool_] = met & (counts - before >= least)
+    return result
 
 
 def _same_side(beyond: float, least: int, of: int) -> _Test:

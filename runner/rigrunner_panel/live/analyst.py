@@ -27,7 +27,14 @@ from rigrunner.runfile import read, read_info, read_without_samples
 from rigrunner.station import load_station
 from rigrunner_panel.live.interim import interim_result
 from rigrunner_panel.process.channel import Channel, ChannelClosedError
-from rigrunner_panel.process.messages import Analyse, Analysed, Drawn, Follow, Found, Watching
+from rigrunner_panel.process.messages import (
+    Analyse,
+    Analysed,
+    Drawn,
+    Follow,
+    LiveFindings,
+    Watching,
+)
 from rigrunner_panel.view.result import live_view
 from rigrunner_panel.view.sections import LiveView
 
@@ -98,7 +105,7 @@ class Analyst:
 
     def _show(self, found: Findings, *, is_whole: bool) -> None:  # noqa: ARG002  (a screen gets both)
         with suppress(ChannelClosedError):  # as below: findings may be made in a thread too
-            self._send(Found(found))
+            self._send(LiveFindings(found))
 
     def _draw(self, recording: str, curve: Curve, ended_s: float) -> None:
         self._send(Drawn(recording, curve, ended_s))

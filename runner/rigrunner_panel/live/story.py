@@ -22,7 +22,15 @@ from rigrunner.api.events import (
 from rigrunner.api.findings import Findings
 from rigrunner.clock import utc_text
 from rigrunner_panel.live.curves import Curves
-from rigrunner_panel.process.messages import Analysed, Drawn, Ended, Failed, Found, Show, Values
+from rigrunner_panel.process.messages import (
+    Analysed,
+    Drawn,
+    Ended,
+    Failed,
+    LiveFindings,
+    Show,
+    Values,
+)
 from rigrunner_panel.view.alarms import alarms_after, with_rigs
 from rigrunner_panel.view.reading import (
     readings_after,
@@ -125,7 +133,7 @@ class Story:
             case Values(values=values, time_s=time_s, interval_s=interval_s):
                 utc = utc_text(datetime.fromtimestamp(time_s, UTC))
                 self._show_channels(values, utc, interval_s)
-            case Analysed() | Found() | Drawn():
+            case Analysed() | LiveFindings() | Drawn():
                 self._take_findings(message)
             case Ended(finished=finished, live=live):
                 self._end(finished)
@@ -162,7 +170,7 @@ class Story:
         """Show which rigs of this computer were left energised."""
         self._board.put(alarms=with_rigs(self._board.get("alarms"), rigs))
 
-    def _take_findings(self, message: Analysed | Found | Drawn) -> None:
+    def _take_findings(self, message: Analysed | LiveFindings | Drawn) -> None:
         """Show what the analyst found, unless the run's own result is already there."""
         match message:
             case Drawn(recording=recording, curve=curve, ended_s=ended_s):
@@ -170,7 +178,7 @@ class Story:
                 self.curves.draw(recording or UNKEPT, curve, ended_s, late_s)
             case _ if self.is_over:
                 return
-            case Found(findings=findings):
+            case LiveFindings(findings=findings):
                 self._findings = findings
                 self._show_live()
             case Analysed(view=view, is_watched=is_watched) if view is not None:

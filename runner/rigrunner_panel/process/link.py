@@ -61,7 +61,7 @@ class Commands:
         threading.Thread(target=self._listen, name="panel", daemon=True).start()
 
     @property
-    def pause_wanted(self) -> str:
+    def pause_requested(self) -> str:
         """Who requests a pause; empty for no one."""
         return self._pause_by
 

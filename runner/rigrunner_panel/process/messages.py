@@ -137,7 +137,7 @@ class Watched(Struct, frozen=True, eq=False):
     recording: Recording
 
 
-class Found(Struct, frozen=True, eq=False):
+class LiveFindings(Struct, frozen=True, eq=False):
     """The findings for the recording in progress."""
 
     findings: Findings

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Literal
 from rigrunner.api.events import Alarm
 from rigrunner.bus import EventStamp
 from rigrunner.engine import Choice
-from rigrunner.engine.pausing import PauseWantedError
+from rigrunner.engine.pausing import PauseRequestedError
 from rigrunner.engine.session import stopped
 from rigrunner.procedure.answers import Expected
 from rigrunner_panel.view.sections import PauseView, PromptView
@@ -70,8 +70,8 @@ class PanelAnswers:
                     self._watched.look()
                 if self._link.switch.is_set():
                     raise stopped(self._link.switch)
-                if by := self._link.commands.pause_wanted:
-                    raise PauseWantedError("pause requested", by)
+                if by := self._link.commands.pause_requested:
+                    raise PauseRequestedError("pause requested", by)
         finally:
             self._link.show(prompt=None)
         self.by = answer.by
@@ -107,9 +107,9 @@ class PanelPauses:
         if self._watched is not None:
             self._watched.look(rig)
 
-    def wanted(self) -> str:
+    def requested_by(self) -> str:
         """Return who requests a pause."""
-        return self._link.commands.pause_wanted
+        return self._link.commands.pause_requested
 
     def new_actions(self) -> Iterable[Interference]:
         """Return what else people did."""

@@ -37,6 +37,6 @@ def _step(index: int, step: PlannedStep) -> StepView:
         text=step.text,
         point=step.points[-1] if step.points else "",
         estimated_s=step.estimated_s,
-        scan_points=len(action.passes) if action.led and action.rows else 0,
-        sets={action.led: action.passes[-1]} if action.led and action.passes else {},
+        scan_points=len(action.moves_to) if action.moves and action.rows else 0,
+        sets={action.moves: action.moves_to[-1]} if action.moves and action.moves_to else {},
     )

@@ -6,6 +6,7 @@ import sys
 from collections import Counter
 from contextlib import ExitStack
 from dataclasses import replace
+from itertools import chain
 from pathlib import Path
 from textwrap import fill
 from typing import TYPE_CHECKING, Any
@@ -74,13 +75,13 @@ def command(
         raise UsageError("a station has its own settings and plugins", hint="leave the others out")
     from rigrunner.cli.stopping import stop_on_signals
 
-    with ExitStack() as held:
+    with ExitStack() as stack:
         if station is not None and role is not None:
             from rigrunner.run.locate import find_station
             from rigrunner_testing.station import bound_subject
 
-            bound = bound_subject(find_station(station), role, name)
-            subjects: Sequence[Subject] = [held.enter_context(bound)]
+            device = bound_subject(find_station(station), role, name)
+            subjects: Sequence[Subject] = [stack.enter_context(device)]
         else:
             from rigrunner.registry import load_registry, with_drop_ins
 
@@ -91,32 +92,33 @@ def command(
             if unloaded is not None and not _kinds(registry, name):
                 return _not_loaded(name, unloaded, as_json=as_json)
             subjects = _installed(registry, name, kind, settings_file)
-        stop = held.enter_context(stop_on_signals())
-        held.enter_context(stop.while_asking())  # a signal breaks a check off, as Ctrl-C does
+        stop = stack.enter_context(stop_on_signals())
+        stack.enter_context(stop.while_asking())  # a signal breaks a check off, as Ctrl-C does
         findings = [
-            _checked(each, read_only=read_only, yes=yes, quiet=as_json) for each in subjects
+            _run_checks(subject, read_only=read_only, yes=yes, quiet=as_json)
+            for subject in subjects
         ]
     if as_json:
-        result_json([_document(*each) for each in zip(subjects, findings, strict=True)])
-    failed = any(found.state == "fail" for each in findings for found in each)
+        result_json([_document(*pair) for pair in zip(subjects, findings, strict=True)])
+    failed = any(finding.state == "fail" for finding in chain.from_iterable(findings))
     return ExitCode.FAIL if failed else ExitCode.PASS
 
 
 def _kinds(registry: Registry, name: str) -> list[str]:
-    return [each.kind for each in registry.plugins if each.record.name == name]
+    return [plugin.kind for plugin in registry.plugins if plugin.record.name == name]
 
 
 def _not_loaded(name: str, unloaded: DisabledPlugin, *, as_json: bool) -> ExitCode:
     """Report why a plugin cannot be loaded, in the form of a failed check."""
-    found = unloaded.reason.removesuffix(f" ({unloaded.fix})")
+    problem = unloaded.reason.removesuffix(f" ({unloaded.fix})")
     fix = unloaded.fix or "see where its hooks are, and what they return"
     provider = str(unloaded.provider)
     if as_json:
-        told = _told("is_loaded", "fail", LOADED, found, fix)
-        result_json([{"kind": "", "name": name, "provider": provider, "findings": [told]}])
+        check = _check_document("is_loaded", "fail", LOADED, problem, fix)
+        result_json([{"kind": "", "name": name, "provider": provider, "findings": [check]}])
     else:
         result(f"'{name}' of {provider}")
-        result(_failure("is_loaded", LOADED, found, fix))
+        result(_failure("is_loaded", LOADED, problem, fix))
         result("\n0 pass, 1 fail, 0 not applicable; fix that first; no other check was made")
     return ExitCode.FAIL
 
@@ -131,15 +133,15 @@ def _installed(
     if kind is not None:
         kinds = [kind]
     if not kinds:
-        names = sorted({each.record.name for each in registry.plugins})
+        names = sorted({plugin.record.name for plugin in registry.plugins})
         raise PluginError(f"there is no plugin '{name}'", hint=registry.suggestion(name, names))
     if settings_file is not None and len(kinds) > 1:
         raise UsageError(
             f"'{name}' is a {' and a '.join(kinds)}", hint="name the kind of plugin with --kind"
         )
-    given = _settings(settings_file)
+    settings = _settings(settings_file)
     folder = settings_file.parent if settings_file else Path()
-    return [subject(each, name, given, registry=registry, folder=folder) for each in kinds]
+    return [subject(kind, name, settings, registry=registry, folder=folder) for kind in kinds]
 
 
 def _settings(file: Path | None) -> Mapping[str, Any] | None:
@@ -147,46 +149,46 @@ def _settings(file: Path | None) -> Mapping[str, Any] | None:
         return None
     from rigrunner.yamlfile import read
 
-    found = read(file).data
-    if not isinstance(found, dict):
+    settings = read(file).data
+    if not isinstance(settings, dict):
         raise UsageError(
             f"{file} holds no settings", hint="write them as under settings: of a station"
         )
-    return found
+    return settings
 
 
-def _checked(subject: Subject, *, read_only: bool, yes: bool, quiet: bool) -> list[Finding]:
+def _run_checks(subject: Subject, *, read_only: bool, yes: bool, quiet: bool) -> list[Finding]:
     """Run the checks, report each result as it ends, and leave the device safe."""
     from rigrunner_testing import State, checks, examine, examine_one
 
-    known = checks(subject.kind, subject.registry)
-    chosen = [each for each in known if not (read_only and each.moves)]
-    left_out = len(known) - len(chosen)
-    subject = _careful(subject, chosen, read_only=read_only, yes=yes)
+    all_checks = checks(subject.kind, subject.registry)
+    selected = [check for check in all_checks if not (read_only and check.moves)]
+    left_out = len(all_checks) - len(selected)
+    subject = _restricted(subject, selected, read_only=read_only, yes=yes)
     if not quiet:
         result(f"{subject.kind.replace('_', ' ')} '{subject.name}' of {subject.plugin.provider}")
     findings = []
     try:
-        for found in examine(subject, chosen):
-            findings.append(found)
-            if not quiet and found.state is not State.NOT_JUDGED:
-                result(_line(found))
+        for finding in examine(subject, selected):
+            findings.append(finding)
+            if not quiet and finding.state is not State.NOT_JUDGED:
+                result(_line(finding))
     except BaseException:
-        for each in chosen:
-            if each.name == "left_safe":
-                message(f"interrupted; {_line(examine_one(subject, each)).strip()}")
+        for check in selected:
+            if check.name == "left_safe":
+                message(f"interrupted; {_line(examine_one(subject, check)).strip()}")
         raise
     if not quiet:
         result(_summary(findings, left_out))
     return findings
 
 
-def _careful(
-    subject: Subject, chosen: Sequence[AnyCheck], *, read_only: bool, yes: bool
+def _restricted(
+    subject: Subject, selected: Sequence[AnyCheck], *, read_only: bool, yes: bool
 ) -> Subject:
     """Return the subject with its restrictions; ask before drives of a real device are set."""
     from rigrunner_testing.device import DeviceSubject
-    from rigrunner_testing.device.doing import place
+    from rigrunner_testing.device.doing import set_point_at
     from rigrunner_testing.device.quantities import PARTS
 
     if not isinstance(subject, DeviceSubject):
@@ -196,9 +198,9 @@ def _careful(
     drives = [] if subject.simulated else subject.drives_of(subject.make())
     if not drives:
         return subject
-    moving = ", ".join(each.name for each in chosen if each.moves)
+    moving = ", ".join(check.name for check in selected if check.moves)
     ranges = "; ".join(
-        f"{each.name} up to {place(each, max(PARTS)):g} {each.unit}" for each in drives
+        f"{drive.name} up to {set_point_at(drive, max(PARTS)):g} {drive.unit}" for drive in drives
     )
     message(fill(f"This is not a simulator. These checks set its drives: {moving}.", WIDTH))
     message(fill(f"They move {ranges}; set-points beyond the limits are tried too.", WIDTH))
@@ -221,13 +223,13 @@ def _line(finding: Finding) -> str:
     return _failure(finding.check.name, finding.check.holds, finding.text, finding.fix)
 
 
-def _failure(name: str, holds: str, found: str, fix: str) -> str:
-    told = (holds, f"found: {found}", f"fix: {fix}")
-    return "\n".join([f"FAIL  {name}", *(_wrapped(text) for text in told)])
+def _failure(name: str, holds: str, problem: str, fix: str) -> str:
+    texts = (holds, f"found: {problem}", f"fix: {fix}")
+    return "\n".join([f"FAIL  {name}", *(_wrapped(text) for text in texts)])
 
 
 def _wrapped(text: str) -> str:
-    return fill(  # what is a path stays in one piece, to be clicked on
+    return fill(  # a path stays in one piece, so that it can be clicked
         text,
         WIDTH,
         initial_indent=INDENT,
@@ -239,11 +241,11 @@ def _wrapped(text: str) -> str:
 
 def _summary(findings: Sequence[Finding], left_out: int) -> str:
     count = Counter(finding.state for finding in findings)
-    words = [f"{count[state]} {state}" for state in ("pass", "fail", "not applicable")]  # type: ignore[index]  # a StrEnum
-    more = f"; {left_out} left out, as they set drives" if left_out else ""
+    counts = [f"{count[state]} {state}" for state in ("pass", "fail", "not applicable")]  # type: ignore[index]  # a StrEnum
+    remarks = f"; {left_out} left out, as they set drives" if left_out else ""
     not_judged = count["not judged"]  # type: ignore[index]  # a StrEnum
-    more += f"; {not_judged} not made until the failures are fixed" if not_judged else ""
-    return f"\n{', '.join(words)}{more}"
+    remarks += f"; {not_judged} not made until the failures are fixed" if not_judged else ""
+    return f"\n{', '.join(counts)}{remarks}"
 
 
 def _document(subject: Subject, findings: Sequence[Finding]) -> dict[str, Any]:
@@ -252,11 +254,13 @@ def _document(subject: Subject, findings: Sequence[Finding]) -> dict[str, Any]:
         "name": subject.name,
         "provider": str(subject.plugin.provider),
         "findings": [
-            _told(each.check.name, each.state, each.check.holds, each.text, each.fix)
-            for each in findings
+            _check_document(
+                finding.check.name, finding.state, finding.check.holds, finding.text, finding.fix
+            )
+            for finding in findings
         ],
     }
 
 
-def _told(name: str, state: str, holds: str, found: str, fix: str) -> dict[str, str]:
-    return {"check": name, "state": str(state), "holds": holds, "found": found, "fix": fix}
+def _check_document(name: str, state: str, holds: str, problem: str, fix: str) -> dict[str, str]:
+    return {"check": name, "state": str(state), "holds": holds, "found": problem, "fix": fix}

@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING
 from rigrunner.api.devices import Identity, KnowsTruth, Readable, Settable, Streaming
 from rigrunner.api.errors import DeviceError
 from rigrunner_testing.check import Nonconformity, applies, check, demand
-from rigrunner_testing.device.doing import at, names, refusal, safely, streamed_names
-from rigrunner_testing.device.watching import census, watched
+from rigrunner_testing.device.doing import defined_at, names, refusal, safely, streamed_names
+from rigrunner_testing.device.watching import census, watch_accesses
 
 if TYPE_CHECKING:
     from rigrunner_testing.device.subject import DeviceSubject
@@ -26,13 +26,13 @@ ROUNDS = 3
 @check(fix="open sockets, ports and threads in `connect`; the constructor keeps what it is given")
 def construction_touches_nothing(subject: DeviceSubject) -> None:
     """Creating the device opens no connection, so that a plan can be made without the rig."""
-    subject.make()  # what the factory imports is loaded now
+    subject.make()  # so that imports of the factory do not count
     before = census()
-    with watched() as touched:
+    with watch_accesses() as accesses:
         subject.make()
-    demand(not touched, f"making it did: {', '.join(touched)}")
-    more = census().more_than(before)
-    demand(not more, f"making it left behind: {more}")
+    demand(not accesses, f"making it did: {', '.join(accesses)}")
+    leaks = census().more_than(before)
+    demand(not leaks, f"making it left behind: {leaks}")
 
 
 @check(fix="fill in `maker`, `model` and `serial` of the Identity; `simulated=True` of a simulator")
@@ -43,12 +43,10 @@ def connects_and_says_who_it_is(subject: DeviceSubject) -> None:
         identity = device.connect(5.0)
     except DeviceError as error:
         raise Nonconformity(f"it does not connect: {error.message}", fix=error.hint) from error
-    demand(
-        isinstance(identity, Identity),
-        f"connecting gave {identity!r}{at(device, 'open') or at(device, 'connect')}, expected an"
-        " Identity",
-    )
-    missing = [each for each in ("maker", "model") if not getattr(identity, each).strip()]
+    place = defined_at(device, "open") or defined_at(device, "connect")
+    is_identity = isinstance(identity, Identity)
+    demand(is_identity, f"connecting gave {identity!r}{place}, expected an Identity")
+    missing = [field for field in ("maker", "model") if not getattr(identity, field).strip()]
     if not identity.simulated and not identity.serial.strip():
         missing.append("serial")
     demand(not missing, f"the identity has no {', '.join(missing)}")
@@ -130,18 +128,18 @@ def closes_in_every_state(subject: DeviceSubject) -> None:
 )
 def gives_back_what_it_took(subject: DeviceSubject) -> None:
     """After closing it leaves no thread, no open file and no socket."""
-    _use(subject)  # what is loaded once is loaded now
+    _use(subject)  # so that lazy imports do not count
     before = census()
     for _ in range(ROUNDS):
         _use(subject)
-    more = census().more_than(before)
-    demand(not more, f"{ROUNDS} rounds of connecting, reading and closing left behind: {more}")
+    leaks = census().more_than(before)
+    demand(not leaks, f"{ROUNDS} rounds of connecting, reading and closing left behind: {leaks}")
     if subject.record.absent:
         _fail(subject)
         before = census()
         _fail(subject)
-        more = census().more_than(before)
-        demand(not more, f"a connection that failed left behind: {more}")
+        leaks = census().more_than(before)
+        demand(not leaks, f"a connection that failed left behind: {leaks}")
 
 
 def _use(subject: DeviceSubject) -> None:

@@ -1,4 +1,4 @@
-"""Shared by several checks: set and stream a device, and see what it refuses."""
+"""Shared by several checks: set and stream a device, and test what it refuses."""
 
 from __future__ import annotations
 
@@ -55,10 +55,10 @@ def safely(what: str, work: Callable[[], object]) -> bool:
     return True
 
 
-def at(device: Device, method: str) -> str:
+def defined_at(device: Device, method: str) -> str:
     """Return where a device's own class defines a method, as ' (file:line)'; '' if it does not."""
-    own = type(device).__dict__.get(method)
-    return f" ({place_of(own)})" if own is not None else ""
+    function = type(device).__dict__.get(method)
+    return f" ({place_of(function)})" if function is not None else ""
 
 
 def reader(device: Device) -> Readable:
@@ -89,17 +89,17 @@ def names(infos: Sequence[ChannelInfo] | Sequence[DriveInfo]) -> list[str]:
 
 def streamed_names(device: Device) -> list[str]:
     """Return the channels that the checks stream: all, or those that can be streamed together."""
-    known = [info.name for info in device.channels if info.streams][:CHANNELS_STREAMED]
-    if _go_together(device, known):
-        return known
-    wanted: list[str] = []
-    for name in known:
-        if _go_together(device, [*wanted, name]):
-            wanted.append(name)
-    return wanted
+    streaming = [info.name for info in device.channels if info.streams][:CHANNELS_STREAMED]
+    if _stream_together(device, streaming):
+        return streaming
+    together: list[str] = []
+    for name in streaming:
+        if _stream_together(device, [*together, name]):
+            together.append(name)
+    return together
 
 
-def _go_together(device: Device, channels: list[str]) -> bool:
+def _stream_together(device: Device, channels: list[str]) -> bool:
     """Return whether these can be streamed at once; those of two clocks, for example, cannot."""
     stream = None
     try:
@@ -108,18 +108,18 @@ def _go_together(device: Device, channels: list[str]) -> bool:
     except DeviceRejectedError:
         return False
     finally:
-        leave(stream)
+        close_stream(stream)
     return True
 
 
-def leave(stream: Iterator[Block] | None) -> None:
+def close_stream(stream: Iterator[Block] | None) -> None:
     """Leave a stream before its end."""
     close = getattr(stream, "close", None)
     if close is not None:
         close()
 
 
-def place(info: DriveInfo, part: float = SMALL_STEP) -> float:
+def set_point_at(info: DriveInfo, part: float = SMALL_STEP) -> float:
     """Return a set-point at that fraction of the range away from the safe value."""
     room_above = info.maximum - info.safe_value >= info.safe_value - info.minimum
     step = part * (info.maximum - info.minimum)
@@ -133,11 +133,11 @@ def move(subject: DeviceSubject, device: Device, part: float = SMALL_STEP) -> di
     """
     if not isinstance(device, Settable):
         return {}
-    set_points = {info.name: place(info, part) for info in subject.drives_of(device)}
+    set_points = {info.name: set_point_at(info, part) for info in subject.drives_of(device)}
     for info in device.drives:
         member, value = Member(subject.role, info.name), set_points[info.name]
         allowed = subject.rules.narrowed(member, info)
-        subject.rules.check(member, allowed, value, lambda other: device.read_back(other.name))
+        subject.rules.check(member, allowed, value, lambda drive: device.read_back(drive.name))
         if is_led(subject, info):
             _lead(subject, device, info, value)
         else:
@@ -162,12 +162,12 @@ def _lead(subject: DeviceSubject, device: Settable, info: DriveInfo, value: floa
         device.set(info.name, start + (value - start) * step / steps)
 
 
-def blocks(device: Device, duration_s: float) -> list[Block]:
+def streamed_blocks(device: Device, duration_s: float) -> list[Block]:
     """Return the blocks of a stream of that duration."""
     return list(streamer(device).stream(streamed_names(device), duration_s, threading.Event()))
 
 
-def off(device: Settable, info: DriveInfo, value: float) -> float | None:
+def actual_if_off(device: Settable, info: DriveInfo, value: float) -> float | None:
     """Return where the drive is, if it is not at the value within its tolerance."""
     actual = device.read_back(info.name)
     return None if abs(actual - value) <= info.allowed_deviation else actual

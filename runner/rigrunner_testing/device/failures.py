@@ -96,9 +96,9 @@ def exchanges_go_over_the_wire(subject: DeviceSubject) -> None:
 def only_device_errors_leave_it(subject: DeviceSubject) -> None:
     """If an exchange fails, or is answered with nonsense, it raises a DeviceError and can close."""
     applies(subject.record.wired, "its record does not say that it is wired")
-    whole = FaultyWire()
-    _session(subject, whole)
-    for number in range(min(whole.exchanges, MOST_EXCHANGES)):
+    intact = FaultyWire()
+    _session(subject, intact)
+    for number in range(min(intact.exchanges, MOST_EXCHANGES)):
         for failure in (FAILURES[number % len(FAILURES)], None):
             _session(subject, FaultyWire(number, failure))
 
@@ -108,19 +108,19 @@ def _session(subject: DeviceSubject, wire: FaultyWire) -> None:
     device = subject.make(wire=wire)
     try:
         for what, work in _calls(subject, device):
-            if not _contained(what, work, wire):
+            if not _succeeds(what, work, wire):
                 break
         safely(f"making safe after '{wire.failed}' failed", device.make_safe)
     finally:
         device.close()
 
 
-def _contained(what: str, work: Callable[[], object], wire: FaultyWire) -> bool:
-    asked = "answered with nonsense" if wire.failure is None else "made to fail"
+def _succeeds(what: str, work: Callable[[], object], wire: FaultyWire) -> bool:
+    fault = "answered with nonsense" if wire.failure is None else "made to fail"
     try:
         return safely(what, work)
-    except Nonconformity as found:
-        raise Nonconformity(f"with '{wire.failed}' {asked}, {found}") from found
+    except Nonconformity as problem:
+        raise Nonconformity(f"with '{wire.failed}' {fault}, {problem}") from problem
 
 
 def _calls(subject: DeviceSubject, device: Device) -> Iterator[tuple[str, Callable[[], object]]]:

@@ -15,14 +15,14 @@ from rigrunner.api.member import NAME, Member
 from rigrunner.api.units import find_unit, is_coherent, si_symbol
 from rigrunner_testing.check import Nonconformity, applies, check, demand
 from rigrunner_testing.device.doing import (
-    at,
+    actual_if_off,
+    defined_at,
     is_led,
     move,
     names,
-    off,
-    place,
     reader,
     refusal,
+    set_point_at,
     setter,
 )
 
@@ -53,10 +53,10 @@ def quantities_declared(subject: DeviceSubject) -> None:
     for info in infos:
         demand(re.fullmatch(NAME, info.name), f"'{info.name}' is not a name for YAML")
         demand(info.long_name.strip(), f"{info.name} has no long name")
-        objection = _objection(info.unit)
+        objection = _unit_objection(info.unit)
         demand(not objection, f"{info.name} is in '{info.unit}'; {objection}")
     for info in device.drives:
-        _declared(info)
+        _check_range(info)
     demand(
         not device.drives or isinstance(device, Settable), "it has drives, but no set and read_back"
     )
@@ -66,17 +66,17 @@ def quantities_declared(subject: DeviceSubject) -> None:
     demand(before == after, "once connected it has other channels or drives than before")
 
 
-def _objection(symbol: str) -> str:
+def _unit_objection(symbol: str) -> str:
     """Return which unit it should be instead; '' for a coherent SI unit."""
-    known = find_unit(symbol)
-    if known is None:
+    unit = find_unit(symbol)
+    if unit is None:
         return "that is not a known unit"
-    if is_coherent(known) and known.symbol == symbol:
+    if is_coherent(unit) and unit.symbol == symbol:
         return ""
-    return f"expected the coherent SI unit, {si_symbol(known.dimension)}"
+    return f"expected the coherent SI unit, {si_symbol(unit.dimension)}"
 
 
-def _declared(info: DriveInfo) -> None:
+def _check_range(info: DriveInfo) -> None:
     numbers = (info.minimum, info.maximum, info.safe_value)
     demand(all(map(math.isfinite, numbers)), f"{info.name} has limits {numbers}: not finite")
     demand(
@@ -89,8 +89,8 @@ def _declared(info: DriveInfo) -> None:
     within = 0 < info.allowed_deviation <= info.maximum - info.minimum
     demand(within, f"the tolerance of {info.name} is {info.allowed_deviation:g} {info.unit}")
     demand(0 <= info.settle_s < math.inf, f"{info.name} settles in {info.settle_s} s")
-    hertz = not info.sets_cycle_frequency or info.unit == "Hz"
-    demand(hertz, f"{info.name} sets the cycle frequency, in {info.unit}")
+    is_hertz = not info.sets_cycle_frequency or info.unit == "Hz"
+    demand(is_hertz, f"{info.name} sets the cycle frequency, in {info.unit}")
 
 
 @check(
@@ -100,18 +100,18 @@ def _declared(info: DriveInfo) -> None:
 def readings_are_true(subject: DeviceSubject) -> None:
     """A reading gives each requested channel one finite number, in the range of its drive."""
     with subject.connected() as device:
-        wanted = names(device.channels)[::-1]
-        values = reader(device).read(wanted)
+        channels = names(device.channels)[::-1]
+        values = reader(device).read(channels)
         demand(
-            isinstance(values, Mapping) and list(values) == wanted,
-            f"asked for {wanted}, `read` returned {values!r}{at(device, 'read')}",
+            isinstance(values, Mapping) and list(values) == channels,
+            f"asked for {channels}, `read` returned {values!r}{defined_at(device, 'read')}",
         )
         for name, value in values.items():
             finite = isinstance(value, float) and math.isfinite(value)
             demand(
                 finite,
-                f"{name} reads {value!r}{at(device, 'get')}, expected a finite float",
-                fix=_made_a_float(value),
+                f"{name} reads {value!r}{defined_at(device, 'get')}, expected a finite float",
+                fix=_float_remedy(value),
             )
         units = {info.name: info.unit for info in device.channels}
         for info in device.drives:
@@ -134,13 +134,13 @@ def readings_are_told(subject: DeviceSubject) -> None:
     with subject.connected() as device:
         applies(isinstance(device, Observing) and device.readings, "all its readings are numbers")
         assert isinstance(device, Observing)  # noqa: S101  (just seen)
-        wanted = [info.name for info in device.readings][::-1]
-        shared = set(wanted) & set(names(device.channels))
+        readings = [info.name for info in device.readings][::-1]
+        shared = set(readings) & set(names(device.channels))
         demand(not shared, f"{', '.join(shared)} is a channel and a reading")
-        values = device.observe(wanted)
+        values = device.observe(readings)
         demand(
-            isinstance(values, Mapping) and list(values) == wanted,
-            f"asked for {wanted}, `observe` returned {values!r}{at(device, 'observe')}",
+            isinstance(values, Mapping) and list(values) == readings,
+            f"asked for {readings}, `observe` returned {values!r}{defined_at(device, 'observe')}",
         )
         for info in device.readings:
             value = values[info.name]
@@ -148,12 +148,12 @@ def readings_are_told(subject: DeviceSubject) -> None:
             demand(kind, f"the kind of {info.name} is {info.kind!r}")
             demand(type(value) is kind, f"{info.name} is {value!r:.60}, and a {info.kind}")
             numbers = value if isinstance(value, tuple) else ()
-            finite = all(isinstance(each, float) and math.isfinite(each) for each in numbers)
+            finite = all(isinstance(number, float) and math.isfinite(number) for number in numbers)
             demand(finite, f"{info.name} has numbers that are not finite floats")
-        _refuses("telling a reading", partial(device.observe, [NO_SUCH]), wanted)
+        _check_unknown_name("telling a reading", partial(device.observe, [NO_SUCH]), readings)
 
 
-def _made_a_float(value: object) -> str:
+def _float_remedy(value: object) -> str:
     """Return the remedy for a reading of another type; '' if that of the check applies."""
     if value is None:
         return "return the value: is there a `return`?"
@@ -174,30 +174,28 @@ def drives_go_where_they_are_set(subject: DeviceSubject) -> None:
         drives = setter(device)
         for part in PARTS:
             began_s = clock.monotonic_s()
-            wanted = _moved(subject, device, part)
+            set_points = _move_all(subject, device, part)
             took_s = clock.monotonic_s() - began_s
             for info in device.drives:
-                found = off(drives, info, wanted[info.name])
-                demand(
-                    found is None,
-                    f"{info.name}, set to {wanted[info.name]:g} {info.unit}, reads back {found}",
-                )
+                actual = actual_if_off(drives, info, set_points[info.name])
+                setting = f"{info.name}, set to {set_points[info.name]:g} {info.unit}"
+                demand(actual is None, f"{setting}, reads back {actual}")
             longest_s = sum(info.longest_s for info in subject.drives_of(device)) + GRACE_S
             demand(
                 took_s <= longest_s,
-                f"setting {len(wanted)} drives took {took_s:.1f} s, expected {longest_s:.1f} s",
+                f"setting {len(set_points)} drives took {took_s:.1f} s, expected {longest_s:.1f} s",
             )
 
 
-def _moved(subject: DeviceSubject, device: Device, part: float) -> dict[str, float]:
+def _move_all(subject: DeviceSubject, device: Device, part: float) -> dict[str, float]:
     """Set every drive; if a set-point has no effect, `put` is the likely cause."""
     try:
         return move(subject, device, part)
     except DeviceError as error:
         raise Nonconformity(
             error.message,
-            fix=f"send the set-point in `put`{at(device, 'put')}, in the unit of the DriveInfo;"
-            " state its rate, settling time and tolerance",
+            fix=f"send the set-point in `put`{defined_at(device, 'put')}, in the unit of the"
+            " DriveInfo; state its rate, settling time and tolerance",
         ) from error
 
 
@@ -211,13 +209,13 @@ def drives_are_waited_for_by_asking(subject: DeviceSubject) -> None:
     clock = subject.clock()
     with subject.connected(clock=clock) as device:
         setter(device)
-        ask = isinstance(device, Approaching)
-        applies(ask, "its drives are there when `set` returns: it has no `begin`")
+        is_approaching = isinstance(device, Approaching)
+        applies(is_approaching, "its drives are there when `set` returns: it has no `begin`")
         assert isinstance(device, Approaching)  # noqa: S101  (just seen)
-        by_themselves = [info for info in device.drives if not is_led(subject, info)]
-        applies(by_themselves, "the station moves its drives in steps")
-        for info in by_themselves:
-            value = place(subject.rules.narrowed(Member(subject.role, info.name), info))
+        drives = [info for info in device.drives if not is_led(subject, info)]
+        applies(drives, "the station moves its drives in steps")
+        for info in drives:
+            value = set_point_at(subject.rules.narrowed(Member(subject.role, info.name), info))
             began_s = clock.monotonic_s()
             device.begin(info.name, value)
             waited_s = clock.monotonic_s() - began_s
@@ -228,8 +226,8 @@ def drives_are_waited_for_by_asking(subject: DeviceSubject) -> None:
             demand(
                 device.arrived(info.name), f"{info.name} did not arrive at {value:g} {info.unit}"
             )
-            found = off(device, info, value)
-            demand(found is None, f"{info.name} has arrived, and reads back {found}")
+            actual = actual_if_off(device, info, value)
+            demand(actual is None, f"{info.name} has arrived, and reads back {actual}")
 
 
 @check(
@@ -241,20 +239,23 @@ def limits_hold(subject: DeviceSubject) -> None:
     """Set-points below, above or not a number are refused with the limits, and the drive stays."""
     with subject.connected() as device:
         drives = setter(device)
-        stands = move(subject, device)
+        set_points = move(subject, device)
         for info in device.drives:
             span = info.maximum - info.minimum
             beyond = (info.minimum - 0.01 * span, info.maximum + 0.01 * span)
-            for wrong in (*beyond, math.nan, math.inf, -math.inf):
-                what = f"setting {info.name} to {wrong:g} {info.unit}"
-                told = str(refusal(what, partial(drives.set, info.name, wrong)))
-                named = f"{info.minimum:g}" in told and f"{info.maximum:g}" in told
-                demand(named, f"{what} is refused without its limits: {told}")
+            for invalid in (*beyond, math.nan, math.inf, -math.inf):
+                what = f"setting {info.name} to {invalid:g} {info.unit}"
+                message = str(refusal(what, partial(drives.set, info.name, invalid)))
+                names_limits = f"{info.minimum:g}" in message and f"{info.maximum:g}" in message
+                demand(names_limits, f"{what} is refused without its limits: {message}")
                 if isinstance(device, Approaching):
-                    begin = partial(device.begin, info.name, wrong)
+                    begin = partial(device.begin, info.name, invalid)
                     refusal(f"beginning to do so: {what}", begin)
-                stood, found = stands[info.name], off(drives, info, stands[info.name])
-                demand(found is None, f"{what} is refused, yet it moved from {stood:g} to {found}")
+                before = set_points[info.name]
+                actual = actual_if_off(drives, info, before)
+                demand(
+                    actual is None, f"{what} is refused, yet it moved from {before:g} to {actual}"
+                )
 
 
 @check(
@@ -266,18 +267,18 @@ def unknown_names_refused(subject: DeviceSubject) -> None:
     with subject.connected() as device:
         channels, drives = names(device.channels), names(device.drives)
         if isinstance(device, Readable):
-            _refuses("reading a channel", partial(device.read, [NO_SUCH]), channels)
+            _check_unknown_name("reading a channel", partial(device.read, [NO_SUCH]), channels)
         if isinstance(device, Streaming):
             stream = partial(device.stream, [NO_SUCH], 0.1, threading.Event())
-            _refuses("streaming a channel", lambda: list(stream()), channels)
+            _check_unknown_name("streaming a channel", lambda: list(stream()), channels)
         if isinstance(device, Settable):
-            _refuses("setting a drive", partial(device.set, NO_SUCH, 0.0), drives)
-            _refuses("reading back a drive", partial(device.read_back, NO_SUCH), drives)
+            _check_unknown_name("setting a drive", partial(device.set, NO_SUCH, 0.0), drives)
+            _check_unknown_name("reading back a drive", partial(device.read_back, NO_SUCH), drives)
 
 
-def _refuses(what: str, work: Callable[[], object], known: list[str]) -> None:
+def _check_unknown_name(what: str, work: Callable[[], object], existing: list[str]) -> None:
     error = refusal(f"{what} '{NO_SUCH}'", work)
-    missing = [name for name in known if name not in str(error)]
+    missing = [name for name in existing if name not in str(error)]
     demand(not missing, f"'{error}' does not name {', '.join(missing)}")
 
 

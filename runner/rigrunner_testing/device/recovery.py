@@ -61,9 +61,9 @@ def _reads_again(device: Device, after: str) -> None:
 
 def _recovers_over_a_socket(subject: DeviceSubject) -> None:
     """Talk to a peer that answers like the driver's simulator, but once late, or not at all."""
-    known = subject.make()
-    assert isinstance(known, LineDriver)  # noqa: S101  (just seen)
-    with _serving(_Peer(known)) as peer:
+    driver = subject.make()
+    assert isinstance(driver, LineDriver)  # noqa: S101  (just seen)
+    with _serving(_Peer(driver)) as peer:
         for fault in ("late", "dropped"):
             timeout = f"{TIMEOUT_S} s"
             with subject.connected(
@@ -71,23 +71,23 @@ def _recovers_over_a_socket(subject: DeviceSubject) -> None:
             ) as device:
                 assert isinstance(device, LineDriver)  # noqa: S101  (as above)
                 peer.fault = fault
-                with _answers_compared(device, peer):
+                with _checking_answers(device, peer):
                     _reads_again(device, f"a {fault} answer over a socket")
 
 
 @contextmanager
-def _answers_compared(device: LineDriver, peer: _Peer) -> Iterator[None]:
+def _checking_answers(device: LineDriver, peer: _Peer) -> Iterator[None]:
     """Check that `ask` returns the answer to that very line."""
     ask = device.ask
 
-    def compared(request: str) -> str:
+    def checked_ask(request: str) -> str:
         answer = ask(request)
         demand(
-            answer in peer.given[request], f"it accepted '{answer}' as the answer to '{request}'"
+            answer in peer.answers[request], f"it accepted '{answer}' as the answer to '{request}'"
         )
         return answer
 
-    device.ask = compared  # type: ignore[method-assign]  # for the check alone
+    device.ask = checked_ask  # type: ignore[method-assign]  # for the check alone
     try:
         yield
     finally:
@@ -104,7 +104,7 @@ class _Peer:
         self._lock = threading.Lock()
         self._over = threading.Event()
         self.address = f"127.0.0.1:{self._listener.getsockname()[1]}"
-        self.given: dict[str, set[str]] = defaultdict(set)
+        self.answers: dict[str, set[str]] = defaultdict(set)
         self.fault = ""
 
     def serve(self) -> None:
@@ -124,12 +124,12 @@ class _Peer:
         self._listener.close()
 
     def _talk(self, connection: socket.socket) -> None:
-        got = b""
+        received = b""
         with connection, suppress(OSError):
-            while more := connection.recv(4096):
-                got += more
-                while self._end in got:
-                    line, _, got = got.partition(self._end)
+            while data := connection.recv(4096):
+                received += data
+                while self._end in received:
+                    line, _, received = received.partition(self._end)
                     if not self._answer(connection, line.decode("ascii")):
                         return
 
@@ -142,7 +142,7 @@ class _Peer:
             self._over.wait(LATE_S)
         with self._lock:
             answer = self._instrument.answer(request)
-        self.given[request].add(answer)
+        self.answers[request].add(answer)
         if answer:
             connection.sendall(answer.encode("ascii") + self._end)
         return True

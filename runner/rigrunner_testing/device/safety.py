@@ -14,10 +14,10 @@ from rigrunner.api.errors import DeviceError
 from rigrunner.rig.safe_state import make_safe
 from rigrunner_testing.check import Nonconformity, applies, check, demand
 from rigrunner_testing.device.doing import (
-    at,
-    leave,
+    actual_if_off,
+    close_stream,
+    defined_at,
     move,
-    off,
     safely,
     setter,
     streamed_names,
@@ -42,7 +42,7 @@ def safe_before_connecting(subject: DeviceSubject) -> None:
     device = subject.make()
     read_back: list[Mapping[str, float]] = []
     if safely("making safe before connecting", lambda: read_back.append(device.make_safe())):
-        _at_safe_values(device, read_back[0])
+        _check_safe_values(device, read_back[0])
     device.close()
 
 
@@ -57,8 +57,8 @@ def safe_is_confirmed(subject: DeviceSubject) -> None:
         drives = setter(device)
         move(subject, device)
         for _ in range(2):
-            _at_safe_values(device, device.make_safe())
-            _stands_safe(device, drives)
+            _check_safe_values(device, device.make_safe())
+            _check_drives_safe(device, drives)
 
 
 @check(
@@ -73,13 +73,13 @@ def safe_while_streaming(subject: DeviceSubject) -> None:
         move(subject, device)
         stream = iter(streaming.stream(streamed_names(device), 2.0, threading.Event()))
         next(stream, None)
-        _at_safe_values(device, device.make_safe())
-        _stands_safe(device, drives)
-        leave(stream)
-        again = next(iter(streaming.stream(streamed_names(device), 0.1, threading.Event())), None)
-        if again is None:
+        _check_safe_values(device, device.make_safe())
+        _check_drives_safe(device, drives)
+        close_stream(stream)
+        block = next(iter(streaming.stream(streamed_names(device), 0.1, threading.Event())), None)
+        if block is None:
             raise Nonconformity("after a stream that was left it streams no more")
-        demand(again.first_sample == 0, f"the next stream begins with sample {again.first_sample}")
+        demand(block.first_sample == 0, f"the next stream begins with sample {block.first_sample}")
 
 
 @check(
@@ -98,8 +98,8 @@ def safe_after_a_failed_call(subject: DeviceSubject) -> None:
                 drives.set(info.name, beyond)
         with suppress(Exception):
             drives.set(NO_SUCH, 0.0)
-        _at_safe_values(device, device.make_safe())
-        _stands_safe(device, drives)
+        _check_safe_values(device, device.make_safe())
+        _check_drives_safe(device, drives)
 
 
 @check(
@@ -122,31 +122,31 @@ def safe_though_one_drive_fails(subject: DeviceSubject) -> None:
                 move(subject, device)
                 with _raising(device, method, broken.name, error), suppress(Exception, SystemExit):
                     device.make_safe()
-                _others_are_safe(device, broken.name, f"`{method}` of {broken.name} raised")
+                _check_others_safe(device, broken.name, f"`{method}` of {broken.name} raised")
         move(subject, device)
         with _raising(device, "make_safe", "", IndexError("made by the check")):
             make_safe(subject.role, "", device, InlineCaller(), 0.0, connected=True)
-        _others_are_safe(device, "", "`make_safe` raised, each drive was set by itself")
+        _check_others_safe(device, "", "`make_safe` raised, each drive was set by itself")
 
 
-def _others_are_safe(device: Device, broken: str, why: str) -> None:
+def _check_others_safe(device: Device, broken: str, why: str) -> None:
     drives = setter(device)
     for info in device.drives:
-        found = None if info.name == broken else off(drives, info, info.safe_value)
-        demand(found is None, f"{why}, and {info.name} was left at {found} {info.unit}")
+        actual = None if info.name == broken else actual_if_off(drives, info, info.safe_value)
+        demand(actual is None, f"{why}, and {info.name} was left at {actual} {info.unit}")
 
 
 @contextmanager
 def _raising(device: Device, method: str, broken: str, error: BaseException) -> Iterator[None]:
     """Let a method of a device raise, for one of its drives or for a device without drives."""
-    usual: Callable[..., object] = getattr(device, method)
+    original: Callable[..., object] = getattr(device, method)
 
-    def spoilt(*arguments: object) -> object:
+    def broken_method(*arguments: object) -> object:
         if not broken or broken in arguments:
             raise error
-        return usual(*arguments)
+        return original(*arguments)
 
-    setattr(device, method, spoilt)
+    setattr(device, method, broken_method)
     try:
         yield
     finally:
@@ -167,7 +167,7 @@ def safe_after_closing(subject: DeviceSubject) -> None:
         device.close()
         read_back: list[Mapping[str, float]] = []
         if safely("making safe after closing", lambda: read_back.append(device.make_safe())):
-            _at_safe_values(device, read_back[0])
+            _check_safe_values(device, read_back[0])
         device.close()
 
 
@@ -182,21 +182,21 @@ def pauses_and_resumes(subject: DeviceSubject) -> None:
         drives = setter(device)
         applies(isinstance(device, Pausable), "it does not pause")
         assert isinstance(device, Pausable)  # noqa: S101  (just seen)
-        wanted = move(subject, device)
+        set_points = move(subject, device)
         cyclic = [info for info in device.drives if info.sets_cycle_frequency]
         device.pause()
         for info in cyclic:
-            found = off(drives, info, info.safe_value)
-            demand(found is None, f"paused, {info.name} is at {found}")
+            actual = actual_if_off(drives, info, info.safe_value)
+            demand(actual is None, f"paused, {info.name} is at {actual}")
         device.resume()
         for info in device.drives:
-            found = off(drives, info, wanted[info.name])
-            demand(found is None, f"resumed, {info.name} is at {found}, not as before")
+            actual = actual_if_off(drives, info, set_points[info.name])
+            demand(actual is None, f"resumed, {info.name} is at {actual}, not as before")
         device.pause()
         device.make_safe()
         with suppress(DeviceError):
             device.resume()
-        _stands_safe(device, drives)
+        _check_drives_safe(device, drives)
 
 
 @check(
@@ -213,14 +213,13 @@ def left_safe(subject: DeviceSubject) -> None:
             read_back = device.make_safe()
         except DeviceError as error:
             raise Nonconformity(f"NOT SAFE: {error}; make the rig safe by hand") from error
-        _at_safe_values(device, read_back)
+        _check_safe_values(device, read_back)
 
 
-def _at_safe_values(device: Device, read_back: Mapping[str, float]) -> None:
-    demand(
-        isinstance(read_back, Mapping),
-        f"`make_safe` gave {read_back!r}{at(device, 'make_safe')}, expected what each drive reads",
-    )
+def _check_safe_values(device: Device, read_back: Mapping[str, float]) -> None:
+    answer = f"{read_back!r}{defined_at(device, 'make_safe')}"
+    is_mapping = isinstance(read_back, Mapping)
+    demand(is_mapping, f"`make_safe` gave {answer}, expected what each drive reads")
     missing = [info.name for info in device.drives if info.name not in read_back]
     demand(not missing, f"making safe returns nothing for {', '.join(missing)}")
     for info in device.drives:
@@ -232,10 +231,10 @@ def _at_safe_values(device: Device, read_back: Mapping[str, float]) -> None:
         )
 
 
-def _stands_safe(device: Device, drives: Settable) -> None:
+def _check_drives_safe(device: Device, drives: Settable) -> None:
     for info in device.drives:
-        found = off(drives, info, info.safe_value)
-        demand(found is None, f"made safe, {info.name} is at {found} {info.unit}")
+        actual = actual_if_off(drives, info, info.safe_value)
+        demand(actual is None, f"made safe, {info.name} is at {actual} {info.unit}")
 
 
 CHECKS = (

@@ -11,7 +11,7 @@ import numpy as np
 from rigrunner.api.devices import CountsStreams, KnowsTruth, Readable, Settable, Streaming
 from rigrunner.api.settings import MadeOfOthers
 from rigrunner_testing.check import applies, check, demand
-from rigrunner_testing.device.doing import blocks, move, names, streamer
+from rigrunner_testing.device.doing import move, names, streamed_blocks, streamer
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -39,8 +39,8 @@ def same_seed_same_samples(subject: DeviceSubject) -> None:
     applies(subject.simulated, "it is not simulated")
     first, second = _samples(subject), _samples(subject)
     for name, values in first.items():
-        same = np.array_equal(values, second[name], equal_nan=True)
-        demand(same, f"{name} is not the same in two devices with the same settings")
+        is_same = np.array_equal(values, second[name], equal_nan=True)
+        demand(is_same, f"{name} is not the same in two devices with the same settings")
 
 
 @check(
@@ -56,8 +56,8 @@ def other_seed_other_samples(subject: DeviceSubject) -> None:
     applies(not issubclass(model, MadeOfOthers), "the samples are those of what it wraps")
     seed = subject.settings.get("seed", model.model_fields["seed"].get_default() or 0)
     first, second = _samples(subject, seed=int(seed)), _samples(subject, seed=int(seed) + 1)
-    differ = any(not np.array_equal(first[name], second[name]) for name in first)
-    demand(differ, f"with the seeds {seed} and {seed + 1} it gives the same samples")
+    differs = any(not np.array_equal(first[name], second[name]) for name in first)
+    demand(differs, f"with the seeds {seed} and {seed + 1} it gives the same samples")
 
 
 @check(
@@ -77,10 +77,10 @@ def continues_after_streams(subject: DeviceSubject) -> None:
         move(subject, device)
         device.continue_after([set_points])
         resumed = _streamed(device)
-    own = [name for name in first if not np.array_equal(first[name], second[name])]
-    applies(own, "its second stream is the same as its first")
-    differ = any(not np.array_equal(first[name], resumed[name]) for name in own)
-    demand(differ, "resumed after one stream, it gives the samples of the first once more")
+    differing = [name for name in first if not np.array_equal(first[name], second[name])]
+    applies(differing, "its second stream is the same as its first")
+    differs = any(not np.array_equal(first[name], resumed[name]) for name in differing)
+    demand(differs, "resumed after one stream, it gives the samples of the first once more")
 
 
 @check(fix="do not implement `truth` in a device that is not simulated")
@@ -89,13 +89,13 @@ def only_a_simulator_knows_the_truth(subject: DeviceSubject) -> None:
     with subject.connected() as device:
         applies(isinstance(device, KnowsTruth), "it has no true values")
         assert isinstance(device, KnowsTruth)  # noqa: S101  (just seen)
-        told = device.truth()
+        truth = device.truth()
         demand(
-            subject.simulated or not told,
-            f"it is not simulated, but has true values of {', '.join(told)}",
+            subject.simulated or not truth,
+            f"it is not simulated, but has true values of {', '.join(truth)}",
         )
-        bad = [name for name, value in told.items() if not np.isfinite(value)]
-        demand(not bad, f"its true value of {', '.join(bad)} is not a finite number")
+        infinite = [name for name, value in truth.items() if not np.isfinite(value)]
+        demand(not infinite, f"its true value of {', '.join(infinite)} is not a finite number")
 
 
 @check(
@@ -106,8 +106,8 @@ def only_a_simulator_knows_the_truth(subject: DeviceSubject) -> None:
 def non_blocking_is_true(subject: DeviceSubject) -> None:
     """A device that declares that it never blocks returns at once from every call."""
     applies(subject.make().non_blocking, "it may wait: it is called in a thread of its own")
-    least = min((_waiting(subject) for _ in range(TRIES)), key=lambda found: found[0])
-    waited_s, what = least
+    shortest = min((_waiting(subject) for _ in range(TRIES)), key=lambda entry: entry[0])
+    waited_s, what = shortest
     demand(waited_s <= WAITS_S, f"{what} waited for {waited_s:.2f} s, but it states `non_blocking`")
 
 
@@ -121,7 +121,7 @@ def _waiting(subject: DeviceSubject) -> tuple[float, str]:
         if isinstance(device, Settable) and device.drives:
             calls["setting"] = lambda: move(subject, device)
         if isinstance(device, Streaming):
-            calls["streaming"] = lambda: blocks(device, 0.1)
+            calls["streaming"] = lambda: streamed_blocks(device, 0.1)
         return max((_idle_s(work), what) for what, work in calls.items())
 
 
@@ -145,23 +145,23 @@ def _voluntary_pauses() -> int | None:
 
 def _samples(subject: DeviceSubject, **changes: Any) -> dict[str, Array]:
     """Return a reading and a stream of a device that was just connected and set."""
-    found: dict[str, Array] = {}
+    samples: dict[str, Array] = {}
     with subject.connected(**changes) as device:
         move(subject, device)
         if isinstance(device, Readable):
             values = device.read(names(device.channels))
-            found |= {f"reading of {name}": np.array([value]) for name, value in values.items()}
+            samples |= {f"reading of {name}": np.array([value]) for name, value in values.items()}
         if isinstance(device, Streaming):
-            found |= _streamed(device)
-    applies(found, "it can be neither read nor streamed")
-    return found
+            samples |= _streamed(device)
+    applies(samples, "it can be neither read nor streamed")
+    return samples
 
 
 def _streamed(device: Device) -> dict[str, Array]:
-    found = blocks(device, STREAMED_S)
+    blocks = streamed_blocks(device, STREAMED_S)
     return {
-        f"stream of {name}": np.concatenate([block.channels[name] for block in found])
-        for name in (found[0].channels if found else ())
+        f"stream of {name}": np.concatenate([block.channels[name] for block in blocks])
+        for name in (blocks[0].channels if blocks else ())
     }
 
 

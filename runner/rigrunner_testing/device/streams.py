@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from rigrunner_testing.check import applies, check, demand
-from rigrunner_testing.device.doing import blocks, leave, streamed_names, streamer
+from rigrunner_testing.device.doing import close_stream, streamed_blocks, streamed_names, streamer
 
 if TYPE_CHECKING:
     from rigrunner.api.data import Block
@@ -29,17 +29,17 @@ def streams_are_gapless(subject: DeviceSubject) -> None:
     """A stream begins with sample 0, has no gaps, and as many samples as it lasts."""
     with subject.connected() as device:
         rate_hz = _rate(device)
-        found = blocks(device, STREAMED_S)
-        demand(found, f"a stream of {STREAMED_S} s gives nothing")
-        demand(found[0].first_sample == 0, f"it begins with sample {found[0].first_sample}")
-        for before, after in pairwise(found):
+        blocks = streamed_blocks(device, STREAMED_S)
+        demand(blocks, f"a stream of {STREAMED_S} s gives nothing")
+        demand(blocks[0].first_sample == 0, f"it begins with sample {blocks[0].first_sample}")
+        for before, after in pairwise(blocks):
             expected = before.first_sample + before.samples
             demand(
                 after.first_sample == expected,
                 f"sample {expected} is followed by sample {after.first_sample}",
             )
-        total, wanted = sum(block.samples for block in found), round(STREAMED_S * rate_hz)
-        demand(abs(total - wanted) <= 1, f"{STREAMED_S} s give {total} samples, not {wanted}")
+        total, due = sum(block.samples for block in blocks), round(STREAMED_S * rate_hz)
+        demand(abs(total - due) <= 1, f"{STREAMED_S} s give {total} samples, not {due}")
 
 
 @check(
@@ -49,24 +49,25 @@ def streams_are_gapless(subject: DeviceSubject) -> None:
 def blocks_are_whole(subject: DeviceSubject) -> None:
     """Every block has the requested channels, of equal length, finite, at the stated rate."""
     with subject.connected() as device:
-        rate_hz, wanted = _rate(device), streamed_names(device)
-        found, as_they_came = [], []
-        stream = streamer(device).stream(wanted, STREAMED_S, threading.Event())
+        rate_hz, channels = _rate(device), streamed_names(device)
+        received, copies = [], []
+        stream = streamer(device).stream(channels, STREAMED_S, threading.Event())
         for block in stream:
-            _whole(block, wanted, rate_hz)
-            found.append(block)
-            as_they_came.append({name: values.copy() for name, values in block.channels.items()})
-        applies(found, "its stream gives nothing")
-        for block, before in zip(found, as_they_came, strict=True):
+            _check_block(block, channels, rate_hz)
+            received.append(block)
+            copies.append({name: values.copy() for name, values in block.channels.items()})
+        applies(received, "its stream gives nothing")
+        for block, before in zip(received, copies, strict=True):
             for name, values in before.items():
-                same = np.array_equal(values, block.channels[name])
-                demand(same, f"{name} at sample {block.first_sample} changed after it was given")
-        times = [block.monotonic_s for block in found]
+                is_same = np.array_equal(values, block.channels[name])
+                demand(is_same, f"{name} at sample {block.first_sample} changed after it was given")
+        times = [block.monotonic_s for block in received]
         demand(times == sorted(times), "the time of its blocks goes back")
 
 
-def _whole(block: Block, wanted: list[str], rate_hz: float) -> None:
-    demand(set(block.channels) == set(wanted), f"asked for {wanted}, it gave {[*block.channels]}")
+def _check_block(block: Block, channels: list[str], rate_hz: float) -> None:
+    present = [*block.channels]
+    demand(set(present) == set(channels), f"asked for {channels}, it gave {present}")
     demand(
         np.isclose(block.rate_hz, rate_hz),
         f"its blocks have {block.rate_hz:g} samples per second, stated are {rate_hz:g}",
@@ -89,7 +90,7 @@ def streams_take_their_time(subject: DeviceSubject) -> None:
     with subject.connected(clock=clock) as device:
         _rate(device)
         began_s = clock.monotonic_s()
-        blocks(device, STREAMED_S)
+        streamed_blocks(device, STREAMED_S)
         took_s = clock.monotonic_s() - began_s
         allowed_s = TIME_OFF_PART * STREAMED_S + (0.0 if subject.simulated else TIME_OFF_S)
         demand(
@@ -111,10 +112,10 @@ def stops_in_time(subject: DeviceSubject) -> None:
         stream = iter(streamer(device).stream(streamed_names(device), lasts_s, stop))
         next(stream, None)
         stop.set()
-        asked_s, samples = clock.monotonic_s(), 0
+        stopped_s, samples = clock.monotonic_s(), 0
         for block in stream:
             samples += block.samples
-        took_s = max(clock.monotonic_s() - asked_s, samples / rate_hz)
+        took_s = max(clock.monotonic_s() - stopped_s, samples / rate_hz)
         demand(
             took_s <= latency_s,
             f"a stream of {lasts_s:g} s continued for {took_s:.2f} s, expected at most"
@@ -133,10 +134,10 @@ def streams_may_be_left(subject: DeviceSubject) -> None:
         for _ in range(3):
             stream = iter(streaming.stream(streamed_names(device), 2.0, threading.Event()))
             demand(next(stream, None) is not None, "a stream after one that was left gives nothing")
-            leave(stream)
-        found = blocks(device, STREAMED_S)
-        total = sum(block.samples for block in found)
-        demand(found and found[0].first_sample == 0, "the stream after that does not begin again")
+            close_stream(stream)
+        blocks = streamed_blocks(device, STREAMED_S)
+        total = sum(block.samples for block in blocks)
+        demand(blocks and blocks[0].first_sample == 0, "the stream after that does not begin again")
         demand(
             abs(total - STREAMED_S * streaming.sample_rate_hz) <= 1,
             f"the stream after that has {total} samples",

@@ -91,10 +91,10 @@ class DeviceSubject(Subject):
 
     def drives_of(self, device: Device) -> list[DriveInfo]:
         """Return the drives with the limits of the station."""
-        return [self.rules.narrowed(Member(self.role, each.name), each) for each in device.drives]
+        return [self.rules.narrowed(Member(self.role, info.name), info) for info in device.drives]
 
     def _give_back(self, device: Device) -> None:
-        self.made_devices[:] = [each for each in self.made_devices if each is not device]
+        self.made_devices[:] = [other for other in self.made_devices if other is not device]
         if not self.read_only:
             with suppress(Exception):  # checks of their own look at making safe, the last one too
                 read_back = device.make_safe()

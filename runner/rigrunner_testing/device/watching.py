@@ -40,21 +40,21 @@ class Census:
     handles: Counter[str]
 
     def more_than(self, before: Census) -> str:
-        """Return what is there now in addition, as text."""
-        found = [f"thread '{name}'" for name in (self.threads - before.threads).elements()]
-        found += list((self.handles - before.handles).elements())
-        return ", ".join(found)
+        """Return the additional threads and handles, as text."""
+        additional = [f"thread '{name}'" for name in (self.threads - before.threads).elements()]
+        additional += list((self.handles - before.handles).elements())
+        return ", ".join(additional)
 
 
 def census() -> Census:
     """Return what the program holds, after garbage collection and the end of threads."""
     gc.collect()
     until_s = time.monotonic() + PATIENCE_S
-    before, now = None, _count()
-    while now != before and time.monotonic() < until_s:
+    previous, current = None, _count()
+    while current != previous and time.monotonic() < until_s:
         time.sleep(0.05)
-        before, now = now, _count()
-    return now
+        previous, current = current, _count()
+    return current
 
 
 def _count() -> Census:
@@ -64,44 +64,44 @@ def _count() -> Census:
 
 def _handles() -> list[str]:
     """Return the target of each open handle; nothing if the system does not tell."""
-    folder = next((each for each in HANDLES if each.is_dir()), None)
+    folder = next((path for path in HANDLES if path.is_dir()), None)
     if folder is None:
         return []
-    found = []
+    targets = []
     for name in os.listdir(folder):  # noqa: PTH208  (the iterator of Path holds a handle of its own)
         try:
-            found.append(os.readlink(folder / name))  # noqa: PTH115  (as above)
+            targets.append(os.readlink(folder / name))  # noqa: PTH115  (as above)
         except OSError:  # that of the listing itself
             continue
-    return found
+    return targets
 
 
-_seen: ContextVar[list[str] | None] = ContextVar("_seen", default=None)
+_accesses: ContextVar[list[str] | None] = ContextVar("_accesses", default=None)
 
 
 @contextmanager
-def watched() -> Generator[list[str]]:
+def watch_accesses() -> Generator[list[str]]:
     """Collect the accesses of the block, in this thread."""
     _install()
-    touched: list[str] = []
-    token = _seen.set(touched)
+    accesses: list[str] = []
+    token = _accesses.set(accesses)
     try:
-        yield touched
+        yield accesses
     finally:
-        _seen.reset(token)
+        _accesses.reset(token)
 
 
 @cache
 def _install() -> None:
     """Install an audit hook, once: it cannot be removed."""
-    sys.addaudithook(_note)
+    sys.addaudithook(_record_access)
 
 
-def _note(event: str, arguments: tuple[object, ...]) -> None:
-    touched = _seen.get()
-    if touched is None:
+def _record_access(event: str, arguments: tuple[object, ...]) -> None:
+    accesses = _accesses.get()
+    if accesses is None:
         return
     if event in TOUCHING:
-        touched.append(event)
+        accesses.append(event)
     elif event == "open" and str(arguments[0]).startswith("/dev/"):
-        touched.append(f"open {arguments[0]}")
+        accesses.append(f"open {arguments[0]}")

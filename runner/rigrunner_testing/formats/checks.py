@@ -30,9 +30,10 @@ def makes_a_file(subject: FormatSubject) -> None:
     kinds = (ReportFormatRecord, CertificateFormatRecord, StudyFormatRecord)
     assert isinstance(record, kinds)  # noqa: S101  (the kind says so)
     demand(SUFFIX.fullmatch(record.suffix), f"the suffix is '{record.suffix}'")
-    for each in subject.written:
-        demand(isinstance(each.made, bytes), f"it makes {type(each.made).__name__}, not bytes")
-        demand(each.made, "it makes no byte")
+    for file in subject.written:
+        content = file.content
+        demand(isinstance(content, bytes), f"it makes {type(content).__name__}, not bytes")
+        demand(content, "it makes no byte")
 
 
 @check(
@@ -41,8 +42,8 @@ def makes_a_file(subject: FormatSubject) -> None:
 )
 def same_run_same_bytes(subject: FormatSubject) -> None:
     """The same run gives the same bytes, so that documents can be made again and compared."""
-    for given, first in zip(subject.inputs, subject.written, strict=True):
-        demand(subject.writer(given) == first.made, "it writes different bytes each time")
+    for run_input, file in zip(subject.inputs, subject.written, strict=True):
+        demand(subject.writer(run_input) == file.content, "it writes different bytes each time")
 
 
 @check(
@@ -51,36 +52,37 @@ def same_run_same_bytes(subject: FormatSubject) -> None:
 )
 def names_are_escaped(subject: FormatSubject) -> None:
     """In a format with markup, a name that is a script is shown as text, not run."""
-    for each in subject.written:
-        applies(_is_markup(each.made), "what it makes is not markup")
-        text = each.made.decode("utf-8")
-        at = text.find(TAG)
-        demand(at < 0, f"a specimen named {TAG} is in it unescaped: ...{text[at - 40 : at]}...")
+    for file in subject.written:
+        applies(_is_markup(file.content), "what it makes is not markup")
+        text = file.content.decode("utf-8")
+        start = text.find(TAG)
+        before = text[start - 40 : start]
+        demand(start < 0, f"a specimen named {TAG} is in it unescaped: ...{before}...")
         demand("<img src=x" not in text, "a specimen's name opens a tag of its own")
 
 
 @check(fix="put styles, fonts and pictures into the file itself", needs=("makes_a_file",))
 def nothing_is_fetched(subject: FormatSubject) -> None:
     """Neither making nor showing it accesses another computer."""
-    for each in subject.written:
-        demand(not each.touched, f"making it did: {', '.join(each.touched)}")
-        if _is_markup(each.made):
-            found = FETCHED.search(each.made.decode("utf-8"))
-            demand(found is None, f"showing it would load {found and found[0][:120]}")
+    for file in subject.written:
+        demand(not file.accesses, f"making it did: {', '.join(file.accesses)}")
+        if _is_markup(file.content):
+            match = FETCHED.search(file.content.decode("utf-8"))
+            demand(match is None, f"showing it would load {match and match[0][:120]}")
 
 
 @check(fix="close what is opened; end threads", needs=("makes_a_file",))
 def leaves_nothing_open(subject: FormatSubject) -> None:
     """It leaves no thread and no open file."""
-    subject.writer(subject.inputs[0])  # what is loaded once, in each thread, is loaded now
+    subject.writer(subject.inputs[0])  # so that lazy imports, in each thread, do not count
     before = census()
     subject.writer(subject.inputs[0])
-    more = census().more_than(before)
-    demand(not more, f"it left behind: {more}")
+    leaks = census().more_than(before)
+    demand(not leaks, f"it left behind: {leaks}")
 
 
-def _is_markup(made: bytes) -> bool:
-    return made.lstrip()[:1] == b"<"
+def _is_markup(content: bytes) -> bool:
+    return content.lstrip()[:1] == b"<"
 
 
 CHECKS: tuple[AnyCheck, ...] = (

@@ -61,7 +61,8 @@ def report_inputs() -> tuple[ReportInput, ...]:
     )
     events = ({"utc": run.started_utc, "kind": "note", "text": MISCHIEF},)
     return tuple(
-        ReportInput(found, document(found), {}, {"station": MISCHIEF}, events) for found in results
+        ReportInput(result, document(result), {}, {"station": MISCHIEF}, events)
+        for result in results
     )
 
 
@@ -85,8 +86,8 @@ def certificate_inputs() -> tuple[CertificateInput, ...]:
         restrictions=tuple(restrictions_of(source, requested=True)),
         software={},
     )
-    known = {**source.stored.header.inputs, **source.result.run.people}
-    certificate = make_certificate(source, complete(order, {}, known), letterhead, issue)
+    known_inputs = {**source.stored.header.inputs, **source.result.run.people}
+    certificate = make_certificate(source, complete(order, {}, known_inputs), letterhead, issue)
     return (CertificateInput(certificate, letterhead),)
 
 

@@ -20,7 +20,7 @@ from rigrunner.api.studies import (
     Trend,
 )
 from rigrunner_fleet.trends.capability import capability
-from rigrunner_fleet.trends.charting import Charting, charted
+from rigrunner_fleet.trends.charting import Charting, control_chart
 from rigrunner_fleet.trends.gauge_rr import gauge_rr
 from rigrunner_testing.formats.inputs import MISCHIEF
 
@@ -58,35 +58,35 @@ def _observed() -> tuple[Observed, ...]:
     values = 0.7 + 0.01 * np.random.default_rng(1).normal(size=_RUNS)
     values[-_SHIFT:] += 0.05
     return tuple(
-        Observed(f"{place} {MISCHIEF}", _START + timedelta(days=place), float(value), 0.009)
-        for place, value in enumerate(values)
+        Observed(f"{index} {MISCHIEF}", _START + timedelta(days=index), float(value), 0.009)
+        for index, value in enumerate(values)
     )
 
 
 def _trend(chart: str) -> Trend:
-    how = Charting(chart)
+    charting = Charting(chart)
     return Trend(
         quantity=MISCHIEF,
         unit="N·m",
         asked={"lot": MISCHIEF},
         excluded=(Excluded(MISCHIEF, MISCHIEF),),
         chart=chart,
-        rules=how.rule_texts(),
-        series=(charted(MISCHIEF, _observed(), how),),
+        rules=charting.rule_texts(),
+        series=(control_chart(MISCHIEF, _observed(), charting),),
         not_charted={MISCHIEF: MISCHIEF},
     )
 
 
 def _capability() -> CapabilityStudy:
     observed = _observed()
-    found = capability([each.value for each in observed], upper=0.95)
+    indices = capability([value.value for value in observed], upper=0.95)
     return CapabilityStudy(
         quantity=MISCHIEF,
         unit="N·m",
         asked={"lot": MISCHIEF},
         lower=None,
         upper=0.95,
-        series=(CapabilitySeries(MISCHIEF, observed, found, (MISCHIEF,), None, 0.95),),
+        series=(CapabilitySeries(MISCHIEF, observed, indices, (MISCHIEF,), None, 0.95),),
     )
 
 
@@ -97,7 +97,7 @@ def _gauge() -> GaugeStudy:
         quantity=MISCHIEF,
         unit="N·m",
         asked={"procedure": MISCHIEF},
-        parts=tuple(f"{place} {MISCHIEF}" for place in range(4)),
+        parts=tuple(f"{number} {MISCHIEF}" for number in range(4)),
         operators=("A", MISCHIEF),
         readings=tuple(tuple(tuple(map(float, cell)) for cell in part) for part in readings),
         analysis=gauge_rr(readings),

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from rigrunner.api.errors import MissingPackageError
 from rigrunner_testing.check import NotApplicable
-from rigrunner_testing.device.watching import watched
+from rigrunner_testing.device.watching import watch_accesses
 from rigrunner_testing.formats.inputs import certificate_inputs, report_inputs
 from rigrunner_testing.formats.studies import study_inputs
 from rigrunner_testing.subjects import Subject
@@ -28,9 +28,9 @@ _INPUTS: dict[str, Callable[[], tuple[Any, ...]]] = {
 class Written:
     """The output of one run."""
 
-    made: Any
+    content: Any
     """Bytes, if it conforms."""
-    touched: tuple[str, ...]
+    accesses: tuple[str, ...]
     """What it accessed meanwhile."""
 
 
@@ -55,10 +55,10 @@ class FormatSubject(Subject):
     @cached_property
     def written(self) -> tuple[Written, ...]:
         """Its output for each input."""
-        self.writer(self.inputs[0])  # what is loaded once is loaded now, and not watched
+        self.writer(self.inputs[0])  # so that accesses of lazy imports do not count
         written = []
-        for given in self.inputs:
-            with watched() as touched:
-                made = self.writer(given)
-            written.append(Written(made, tuple(touched)))
+        for run_input in self.inputs:
+            with watch_accesses() as accesses:
+                content = self.writer(run_input)
+            written.append(Written(content, tuple(accesses)))
         return tuple(written)

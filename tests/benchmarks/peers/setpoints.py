@@ -47,13 +47,13 @@ def bluesky(points, folder):
 
     def plan():
         yield from do.open_run()
-        for each in loads_n(points):
-            yield from do.mv(load_n, each)
+        for load in loads_n(points):
+            yield from do.mv(load_n, load)
             yield from do.create()
             yield from do.read(load_n)
-            found = yield from do.read(torque_nm)
+            reading = yield from do.read(torque_nm)
             yield from do.save()
-            assert found["torque"]["value"] <= LIMIT_NM
+            assert reading["torque"]["value"] <= LIMIT_NM
         yield from do.close_run()
 
     engine = RunEngine({}, context_managers=[])
@@ -64,9 +64,9 @@ def bluesky(points, folder):
             file.flush()
 
         engine.subscribe(keep)
-        begun = time.perf_counter()
+        began = time.perf_counter()
         engine(plan())
-        return time.perf_counter() - begun
+        return time.perf_counter() - began
 
 
 def openhtf_dimensioned(points, folder):
@@ -82,9 +82,9 @@ def openhtf_dimensioned(points, folder):
 
     @openhtf.measures(torque)
     def sweep(test):
-        for each in loads_n(points):
-            press.set(each)
-            test.measurements.torque[each] = press.read()
+        for load_n in loads_n(points):
+            press.set(load_n)
+            test.measurements.torque[load_n] = press.read()
 
     return _executed([sweep], folder)
 
@@ -95,16 +95,16 @@ def openhtf_phases(points, folder):
 
     press = Press()
 
-    def phase_of(each):
-        @openhtf.PhaseOptions(name=f"at {each:g} N")
+    def phase_of(load_n):
+        @openhtf.PhaseOptions(name=f"at {load_n:g} N")
         @openhtf.measures(openhtf.Measurement("torque").in_range(maximum=LIMIT_NM))
         def at(test):
-            press.set(each)
+            press.set(load_n)
             test.measurements.torque = press.read()
 
         return at
 
-    return _executed([phase_of(each) for each in loads_n(points)], folder)
+    return _executed([phase_of(load_n) for load_n in loads_n(points)], folder)
 
 
 def _executed(phases, folder):
@@ -113,11 +113,11 @@ def _executed(phases, folder):
 
     test = openhtf.Test(*phases)
     test.add_output_callbacks(json_factory.OutputToJSON(str(folder / "record.json")))
-    begun = time.perf_counter()
+    began = time.perf_counter()
     passed = test.execute(test_start=lambda: "SN-1")
-    took = time.perf_counter() - begun
+    seconds = time.perf_counter() - began
     assert passed
-    return took
+    return seconds
 
 
 def pymeasure(points, folder):
@@ -129,10 +129,10 @@ def pymeasure(points, folder):
 
         def execute(self):
             press = Press()
-            for each in loads_n(points):
-                press.set(each)
+            for load_n in loads_n(points):
+                press.set(load_n)
                 torque_nm = press.read()
-                row = {"load": each, "torque": torque_nm, "ok": torque_nm <= LIMIT_NM}
+                row = {"load": load_n, "torque": torque_nm, "ok": torque_nm <= LIMIT_NM}
                 self.emit("results", row)
                 if self.should_stop():
                     return
@@ -173,19 +173,19 @@ def _qcodes(points, folder, *, flush):
     measurement.register_parameter(load_n)
     measurement.register_parameter(torque_nm, setpoints=(load_n,))
     with measurement.run() as saver:
-        begun = time.perf_counter()
-        for each in loads_n(points):
-            load_n.set(each)
-            found = torque_nm.get()
-            assert found <= LIMIT_NM
-            saver.add_result((load_n, each), (torque_nm, found))
+        began = time.perf_counter()
+        for load in loads_n(points):
+            load_n.set(load)
+            torque = torque_nm.get()
+            assert torque <= LIMIT_NM
+            saver.add_result((load_n, load), (torque_nm, torque))
             if flush:
                 saver.flush_data_to_database(block=True)
         if not flush:
             saver.flush_data_to_database(block=True)
-        took = time.perf_counter() - begun
+        seconds = time.perf_counter() - began
     assert saver.dataset.number_of_results == points
-    return took
+    return seconds
 
 
 def robot(points, folder):
@@ -195,13 +195,13 @@ def robot(points, folder):
     (folder / "PressLibrary.py").write_text(_LIBRARY, encoding="utf-8")
     (folder / "sweep.robot").write_text(_SUITE.format(points=points), encoding="utf-8")
     sys.path.insert(0, str(folder))
-    begun = time.perf_counter()
+    began = time.perf_counter()
     code = run(
         str(folder / "sweep.robot"), outputdir=str(folder), log=None, report=None, console="none"
     )
-    took = time.perf_counter() - begun
+    seconds = time.perf_counter() - began
     assert code == 0
-    return took
+    return seconds
 
 
 _LIBRARY = """\
@@ -247,13 +247,13 @@ WAYS = (
 def main():
     way, points, times, folder = sys.argv[1:]
     logging.disable(logging.CRITICAL)
-    work = next(each for each in WAYS if each.__name__ == way)
-    found = []
+    work = next(function for function in WAYS if function.__name__ == way)
+    microseconds = []
     for number in range(int(times) + 1):
         place = Path(folder) / f"{way}{number}"
         place.mkdir(parents=True)
-        found.append(1e6 * work(int(points), place) / int(points))
-    print(json.dumps(found[1:]))
+        microseconds.append(1e6 * work(int(points), place) / int(points))
+    print(json.dumps(microseconds[1:]))
 
 
 if __name__ == "__main__":

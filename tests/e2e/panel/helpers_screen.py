@@ -88,10 +88,10 @@ def running_panel(folder: Path, port: int = 0, options: tuple[str, ...] = ()):
         command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, cwd=folder
     ) as process:
         line = process.stdout.readline()
-        found = re.search(r"http://\S+/", line)
-        assert found, line + process.stdout.read()
+        address = re.search(r"http://\S+/", line)
+        assert address, line + process.stdout.read()
         try:
-            yield Panel(found[0], folder, process)
+            yield Panel(address[0], folder, process)
         finally:
             process.send_signal(signal.SIGTERM)
             process.communicate(timeout=WITHIN_S)
@@ -122,11 +122,11 @@ def quick_lab(folder: Path) -> None:
     (shipped / "quick_endless.yaml").write_text(_endless(quick), encoding="utf-8")
     (shipped / "quick_torque.yaml").write_text(quick, encoding="utf-8")
     for procedure in ("quick_no_load.yaml", "quick_torque.yaml"):
-        done = call(
+        result = call(
             "run", shipped / procedure, "--station", station, "--runs", folder / "runs",
             "--unattended",
         )  # fmt: skip
-        assert done.code == 0, done.err
+        assert result.code == 0, result.err
 
 
 def _quick(text: str, old_id: str, new_id: str, title: str) -> str:
@@ -169,26 +169,26 @@ def free_port() -> int:
 
 def browser_path() -> str:
     """Return Chromium, or skip: CI requires it."""
-    found = shutil.which("chromium") or shutil.which("chromium-browser")
-    if found is None:
+    chromium = shutil.which("chromium") or shutil.which("chromium-browser")
+    if chromium is None:
         lacking("BROWSER", "there is no Chromium")
-    return found
+    return chromium
 
 
 def require_driver() -> None:
     """Skip where the program does not start with which Playwright speaks to a browser."""
     words = [sys.executable, "-m", "playwright", "--version"]
-    done = subprocess.run(words, capture_output=True, text=True, check=False)
-    if done.returncode != 0:
-        lacking("BROWSER", f"Playwright does not start: {done.stderr.strip()}")
+    process = subprocess.run(words, capture_output=True, text=True, check=False)
+    if process.returncode != 0:
+        lacking("BROWSER", f"Playwright does not start: {process.stderr.strip()}")
 
 
 def axe_script() -> Path:
     """Return axe-core, or skip: CI requires it."""
-    given = os.environ.get("RIGRUNNER_AXE", "")
-    if not given:
+    path = os.environ.get("RIGRUNNER_AXE", "")
+    if not path:
         lacking("BROWSER", "RIGRUNNER_AXE does not name axe.min.js of axe-core")
-    return Path(given)
+    return Path(path)
 
 
 def press_keys(page, text: str, apart_s: float) -> None:
@@ -284,7 +284,7 @@ class Screen:
         """Press Tab until what has that name has the focus."""
         for _ in range(most):
             self.page.keyboard.press("Tab")
-            found = self.page.evaluate(
+            focused = self.page.evaluate(
                 """() => {
                     const e = document.activeElement;
                     const label = e.labels && e.labels.length ? e.labels[0].textContent : '';
@@ -292,7 +292,7 @@ class Screen:
                     return [text.trim(), e.tagName];
                 }"""
             )
-            if re.match(name, found[0]) and role in ("", found[1]):
+            if re.match(name, focused[0]) and role in ("", focused[1]):
                 return
         raise AssertionError(f"Tab does not come to '{name}'")
 

@@ -84,9 +84,9 @@ _ENGLISH = re.compile(
 
 def english_of(texts: list[str], own: str) -> list[str]:
     """Return what has an English word in it, without texts of the lab's own files."""
-    lines = {each.strip(" -'\"") for each in own.split("\n") if each.strip()}
-    values = {each.partition(": ")[2].strip("'\"") for each in lines} | lines
-    for each in sorted(values - {""}, key=len, reverse=True):
-        if " " in each:
-            texts = [text.replace(each, "") for text in texts]
+    lines = {line.strip(" -'\"") for line in own.split("\n") if line.strip()}
+    values = {line.partition(": ")[2].strip("'\"") for line in lines} | lines
+    for value in sorted(values - {""}, key=len, reverse=True):
+        if " " in value:
+            texts = [text.replace(value, "") for text in texts]
     return sorted({text for text in texts if _ENGLISH.search(re.sub(r"\S*/\S*", "", text))})

@@ -39,7 +39,7 @@ def test_stamp_numbers_and_times_events(clock):
     assert (second.seq, second.monotonic_s, second.utc) == (1, 1.5, "2026-03-01T00:00:01.500Z")
 
 
-def test_guarded_sink_that_raises_is_dropped_with_an_alarm(clock):
+def test_failing_guarded_sink_is_dropped_with_alarm(clock):
     critical, guarded = Listener(), Listener()
     emit = Emitter(Bus([critical], [failing, guarded]), clock)
     start(emit)
@@ -53,29 +53,29 @@ def test_guarded_sink_that_raises_is_dropped_with_an_alarm(clock):
     assert [event.seq for event in critical.events] == [0, 1, 2]
 
 
-def test_critical_sink_that_raises_stops_the_emitter_once_and_gets_nothing_more(clock):
+def test_failing_critical_sink_raises_once_and_gets_no_more_events(clock):
     def full(_event: object) -> None:
-        heard.append("full")
+        calls.append("full")
         raise OSError("disk full")
 
-    heard: list[str] = []
+    calls: list[str] = []
     other, guarded = Listener(), Listener()
     emit = Emitter(Bus([full, other], [guarded]), clock)
     with pytest.raises(OSError, match="disk full"):
         start(emit)
     start(emit)
-    assert heard == ["full"]
+    assert calls == ["full"]
     assert len(other.events) == len(guarded.events) == 2
 
 
-def test_critical_sinks_hear_an_event_before_guarded_ones(clock):
-    heard: list[str] = []
-    bus = Bus([lambda _: heard.append("file")], [lambda _: heard.append("screen")])
+def test_critical_sinks_get_events_before_guarded_sinks(clock):
+    calls: list[str] = []
+    bus = Bus([lambda _: calls.append("file")], [lambda _: calls.append("screen")])
     Emitter(bus, clock)(RunEnded, outcome="completed")
-    assert heard == ["file", "screen"]
+    assert calls == ["file", "screen"]
 
 
-def test_a_clock_that_is_set_back_is_told_once_and_a_correction_is_not():
+def test_clock_set_back_raises_one_alarm_but_small_correction_none():
     class Machine(SimulatedClock):
         back_s = 0.0
 
@@ -88,17 +88,17 @@ def test_a_clock_that_is_set_back_is_told_once_and_a_correction_is_not():
     for clock.back_s in (0.5, 3600.0, 3600.0):
         clock.sleep(0.001)
         start(emit)
-    told = [event.text for event in listener.events if isinstance(event, Alarm)]
-    assert len(told) == 1
-    assert len(listener.events) == 4 + len(told)
-    assert "set back from 2026-02-28T23:59:59.501Z to 2026-02-28T23:00:00.002Z" in told[0]
+    alarms = [event.text for event in listener.events if isinstance(event, Alarm)]
+    assert len(alarms) == 1
+    assert len(listener.events) == 4 + len(alarms)
+    assert "set back from 2026-02-28T23:59:59.501Z to 2026-02-28T23:00:00.002Z" in alarms[0]
 
 
 @given(
     st.integers(0, 999_999),
     st.lists(st.sampled_from([0.0, 1e-7, 4e-7, 1e-6, 7e-5, 3e-4, 0.0013, 0.999]), max_size=40),
 )
-def test_the_time_of_day_of_an_event_is_that_of_the_clock(microsecond, passed):
+def test_utc_of_event_is_that_of_clock(microsecond, passed):
     clock = SimulatedClock(datetime(2026, 3, 1, 23, 59, 59, microsecond, tzinfo=UTC))
     stamp = EventStamp(clock)
     for seconds in passed:
@@ -106,7 +106,7 @@ def test_the_time_of_day_of_an_event_is_that_of_the_clock(microsecond, passed):
         assert stamp(Note, step="s", text="t").utc == utc_text(clock.utc())
 
 
-def test_a_clock_whose_seconds_begin_anew_is_looked_at(clock):
+def test_restarted_monotonic_clock_rereads_utc(clock):
     times = iter([5.0, 1.0])
     clock.monotonic_s = lambda: next(times)
     stamp = EventStamp(clock)

@@ -56,8 +56,8 @@ def test_all_that_matters_is_said(monkeypatch, capsys):
 
 
 def test_a_note_leaves_the_run_paused_and_other_answers_do_not(monkeypatch):
-    assert decide(monkeypatch, "note\nhm\n")[1].pause_wanted() == "keyboard"
-    assert decide(monkeypatch, "resume\n")[1].pause_wanted() == ""
+    assert decide(monkeypatch, "note\nhm\n")[1].pause_requested() == "keyboard"
+    assert decide(monkeypatch, "resume\n")[1].pause_requested() == ""
 
 
 def test_where_the_input_has_ended_the_run_does(monkeypatch):
@@ -73,7 +73,7 @@ def test_once_the_progress_is_seen_again_ctrl_c_pauses_again(monkeypatch):
         @contextmanager
         def paused(self):
             yield
-            seen.append(stop.pause_wanted())
+            seen.append(stop.pause_requested())
 
     monkeypatch.setattr("sys.stdin", io.StringIO("resume\n"))
     TerminalPauses(stop, Shown(), "Ada").decide(PAUSED, lambda: None)

@@ -8,7 +8,7 @@ import pytest
 from rigrunner.api.errors import AbortedError, ExitCode
 from rigrunner.api.events import Outcome, RunEnded, RunStarted
 from rigrunner.cli.stopping import InterruptedRunError, stop_on_signals
-from rigrunner.engine.pausing import PauseWantedError, StopNow
+from rigrunner.engine.pausing import PauseRequestedError, StopNow
 
 STAMP = {"seq": 0, "monotonic_s": 0.0, "utc": ""}
 STARTED = RunStarted(**STAMP, run_id="r", steps=1, estimated_s=1.0)
@@ -38,9 +38,9 @@ def test_a_signal_breaks_off_a_question():
 def test_ctrl_c_pauses_then_aborts_then_stops_now_and_then_waits():
     with stop_on_signals(attended=True) as stop:
         stop(STARTED)
-        assert stop.pause_wanted() == ""
+        assert stop.pause_requested() == ""
         press()
-        assert (stop.pause_wanted(), stop.is_set()) == ("keyboard", False)
+        assert (stop.pause_requested(), stop.is_set()) == ("keyboard", False)
         press()
         assert stop.is_set()
         assert isinstance(stop.reason(), InterruptedRunError)
@@ -65,15 +65,15 @@ def test_after_a_pause_ctrl_c_pauses_again():
         press()
         stop.paused()
         stop.resumed()
-        assert stop.pause_wanted() == ""
+        assert stop.pause_requested() == ""
         press()
-        assert (stop.pause_wanted(), stop.is_set()) == ("keyboard", False)
+        assert (stop.pause_requested(), stop.is_set()) == ("keyboard", False)
 
 
 def test_ctrl_c_breaks_off_a_question_to_pause_and_while_paused_to_abort():
     with stop_on_signals(attended=True) as stop:
         stop(STARTED)
-        with pytest.raises(PauseWantedError), stop.while_asking():
+        with pytest.raises(PauseRequestedError), stop.while_asking():
             press()
         stop.paused()
         with pytest.raises(InterruptedRunError), stop.while_asking():

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 START = datetime(2026, 3, 1, 12, 0, tzinfo=UTC)
 
 
-def test_simulated_time_passes_only_by_sleeping():
+def test_simulated_time_passes_only_in_sleep():
     clock: Clock = SimulatedClock(START)
     assert clock.monotonic_s() == 0.0
     clock.sleep(3600.0)
@@ -24,21 +24,21 @@ def test_simulated_time_passes_only_by_sleeping():
 
 
 @pytest.mark.parametrize("seconds", [-1e-9, float("nan"), float("inf")])
-def test_simulated_time_never_goes_back_nor_away(seconds):
+def test_invalid_sleep_of_simulated_clock_is_refused(seconds):
     clock = SimulatedClock(START)
     with pytest.raises(ValueError, match="cannot sleep"):
         clock.sleep(seconds)
     assert clock.utc() == START
 
 
-def test_simulated_time_adds_up_over_threads():
+def test_simulated_time_adds_up_across_threads():
     clock = SimulatedClock(START)
     with ThreadPoolExecutor(4) as pool:
         list(pool.map(lambda _: clock.sleep(0.25), range(4000)))
     assert clock.monotonic_s() == 1000.0
 
 
-def test_simulated_start_in_another_zone_is_the_same_moment():
+def test_start_in_another_zone_is_converted_to_utc():
     elsewhere = START.astimezone(timezone(timedelta(hours=9)))
     assert utc_text(SimulatedClock(elsewhere).utc()) == "2026-03-01T12:00:00.000Z"
 
@@ -56,6 +56,6 @@ def test_utc_text_has_milliseconds_and_z():
     assert utc_text(datetime(2026, 1, 2, 3, 4, 5, 678901, tzinfo=UTC)) == "2026-01-02T03:04:05.678Z"
 
 
-def test_times_of_another_zone_are_written_in_utc():
+def test_utc_text_converts_other_zones():
     zone = timezone(timedelta(hours=5, minutes=30))
     assert utc_text(START.astimezone(zone)) == "2026-03-01T12:00:00.000Z"

@@ -1,4 +1,4 @@
-"""Somebody who pauses a run and decides as told, and devices that can and cannot pause."""
+"""A person who pauses a run and decides how it goes on, and a device that can pause."""
 
 from __future__ import annotations
 
@@ -23,14 +23,14 @@ POINTS = 3
 
 @dataclass
 class Person:
-    """Asks for a pause when told, and gives decisions one after the other."""
+    """Requests a pause while `pausing`, and gives the decisions one after the other."""
 
     decisions: list[Decision]
     pausing: bool = False
     seen: list[Paused] = field(default_factory=list)
     clock: SimulatedClock = field(default_factory=SimulatedClock)
 
-    def wanted(self) -> str:
+    def requested_by(self) -> str:
         return "keyboard" if self.pausing else ""
 
     def decide(self, paused: Paused, watch: Callable[[], None]) -> Decision:
@@ -72,7 +72,7 @@ def pausing_run(
     inside: bool = False,
     **more: object,
 ):
-    """Pause once, when the step `at` begins (or inside of its recording), and return all."""
+    """Pause once, when the step `at` begins (or inside its recording); return all objects."""
     person, listener = Person(list(decisions)), Listener()
 
     def notice(event: object) -> None:
@@ -90,14 +90,14 @@ def pausing_run(
 
 
 class Patient(FakeTester):
-    """A tester that can stand still."""
+    """A tester that can pause."""
 
     held = 0.0
 
     def pause(self) -> None:
-        self._told("pause")
+        self._record_call("pause")
         self.held, self.drives_at["frequency"] = self.drives_at["frequency"], 0.0
 
     def resume(self) -> None:
-        self._told("resume")
+        self._record_call("resume")
         self.drives_at["frequency"] = self.held

@@ -1,4 +1,4 @@
-"""A run whose steps a person gives one by one: watched, on record, and made safe like any other."""
+"""Runs whose steps a person gives one by one: monitored, recorded and made safe like others."""
 
 from __future__ import annotations
 
@@ -48,7 +48,7 @@ def by_hand(steps, device=None, *, stop=None, interlocks=(), listener=None):
     return summary, listener, device
 
 
-def test_steps_are_done_as_they_come_and_the_rig_is_safe_in_the_end():
+def test_steps_run_in_order_and_rig_ends_safe():
     positions = []
 
     def steps(session):
@@ -64,7 +64,7 @@ def test_steps_are_done_as_they_come_and_the_rig_is_safe_in_the_end():
     assert listener.of(RunEnded)[0].outcome is Outcome.COMPLETED
 
 
-def test_what_fails_ends_it_unless_it_is_to_go_on():
+def test_failed_step_ends_run_unless_it_continues():
     class Stubborn(FakeTester):
         def set(self, drive, value):
             raise DeviceRejectedError(f"{drive} is stuck at {value}")
@@ -77,7 +77,7 @@ def test_what_fails_ends_it_unless_it_is_to_go_on():
     assert "stuck" in summary.passed_over[0]
 
 
-def test_a_stop_ends_it_between_steps_and_inside_of_one():
+def test_stop_request_aborts_between_steps():
     stop = threading.Event()
 
     def steps(_):
@@ -93,7 +93,7 @@ def test_a_stop_ends_it_between_steps_and_inside_of_one():
 
 
 @pytest.mark.parametrize("does", ["pause", "abort", "make_safe"])
-def test_an_interlock_ends_it_whatever_it_would_do_to_a_run(does):
+def test_every_kind_of_interlock_aborts(does):
     lock = Interlock(
         name="load", member=Member("tester", "load"), condition="above 5 N", shown=unit("N"),
         maximum=5.0, does=does,
@@ -111,7 +111,7 @@ def test_an_interlock_ends_it_whatever_it_would_do_to_a_run(does):
     assert set(device.drives_at.values()) == {0.0}
 
 
-def test_a_bug_in_what_gives_the_steps_leaves_no_rig_moving():
+def test_error_in_step_generator_makes_rig_safe():
     def steps(_):
         yield SET
         raise ZeroDivisionError("oops")
@@ -121,7 +121,7 @@ def test_a_bug_in_what_gives_the_steps_leaves_no_rig_moving():
     assert device.drives_at["frequency"] == 0.0
 
 
-def test_an_interrupt_outside_of_every_step_leaves_no_rig_moving(monkeypatch):
+def test_interrupt_between_steps_makes_rig_safe(monkeypatch):
     def interrupted(_, work):
         work()
         raise KeyboardInterrupt

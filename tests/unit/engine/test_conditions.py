@@ -1,4 +1,4 @@
-"""Loops that are left by a value, steps that are left out by an answer; also after a kill."""
+"""Loops that end at a value, and steps that depend on an answer; also in resumed runs."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ main:
 
 
 class Loaded(FakeTester):
-    """A tester that reads these loads, one after the other, and then the last one."""
+    """A tester that reads these loads one after the other, and then always the last one."""
 
     def __init__(self, *loads):
         super().__init__()
@@ -57,7 +57,7 @@ def plan_of(text):
     return make_plan(parse_procedure(HEAD + text, "p.yaml"), station, {"tester": FakeTester()})
 
 
-def done(plan, device=None, resume_at=None, **inputs):
+def run_events(plan, device=None, resume_at=None, **inputs):
     listener = Listener()
     summary = run(
         device or FakeTester(), plan, guarded=[listener], resume_at=resume_at, inputs=inputs
@@ -80,35 +80,35 @@ def passes(events):
 
 
 @pytest.mark.parametrize(
-    ("loads", "blocks", "said"),
+    ("loads", "blocks", "text"),
     [
         ((1500.0,), [1], "tester.load is 1.5 kN: above 1 kN after 1 of 4 times"),
         ((900.0, 1000.0, 1001.0), [1, 2, 3], "tester.load is 1.001 kN: above 1 kN after 3 of 4"),
         ((900.0,), [1, 2, 3, 4], "tester.load is 0.9 kN: not above 1 kN after all 4 times"),
     ],
 )
-def test_a_loop_is_left_once_the_channel_is_beyond_the_value(loads, blocks, said):
-    """Each recording reads the load beside it as well, so each value is given twice."""
-    device = Loaded(*(each for load in loads for each in (load, load)))
-    events = done(plan_of(LOOP), device)
+def test_loop_ends_once_channel_exceeds_value(loads, blocks, text):
+    """Each recording reads the load too, so each value is given twice."""
+    device = Loaded(*(reading for load in loads for reading in (load, load)))
+    events = run_events(plan_of(LOOP), device)
     assert passes(events) == blocks
     assert steps_of(events)[-1] == "main[1].measure"
     (note,) = notes_of(events)
-    assert said in note
+    assert text in note
 
 
-def test_below_ends_a_loop_as_well():
+def test_loop_ends_once_channel_is_below_value():
     plan = plan_of(LOOP.replace("above: 1 kN", "below: 500 N"))
-    assert passes(done(plan, Loaded(600.0, 600.0, 499.0))) == [1, 2]
+    assert passes(run_events(plan, Loaded(600.0, 600.0, 499.0))) == [1, 2]
 
 
-def test_the_plan_is_what_may_happen_at_most():
+def test_plan_contains_every_possible_pass():
     plan = plan_of(LOOP)
     assert plan.has_conditions
     assert len(plan.recordings) == 4
-    looks = [step for step in plan.steps if step.leaves]
-    assert [step.leaves for step in looks] == [9, 6, 3]
-    assert looks[0].text == "Until tester.load is above 1 kN: 1 of at most 4 times"
+    conditions = [step for step in plan.steps if step.leaves]
+    assert [step.leaves for step in conditions] == [9, 6, 3]
+    assert conditions[0].text == "Until tester.load is above 1 kN: 1 of at most 4 times"
     assert not plan_of("main:\n  - wait: {time: 1 s}\n").has_conditions
 
 
@@ -116,7 +116,7 @@ BY_RESULT = LOOP.replace("channel: tester.load, above: 1 kN", "result: wear, abo
 
 
 class Wear:
-    """A result of 0.1 mm, 0.2 mm and so on, each after `begins`, and not before `ends`."""
+    """A result of 0.1 mm, 0.2 mm and so on; its calculation calls `begins`, then `ends`."""
 
     def __init__(self, begins=lambda: None, ends=lambda: None):
         self.count = 0
@@ -130,7 +130,7 @@ class Wear:
         return Estimate(100.0 * self.count, 1.0, unit="µm")
 
 
-def test_a_loop_is_left_once_the_result_is_beyond_the_value():
+def test_loop_ends_once_result_exceeds_value():
     listener = Listener()
     summary = run(FakeTester(), plan_of(BY_RESULT), guarded=[listener], results=Wear())
     assert summary.outcome is Outcome.COMPLETED, summary.reason
@@ -139,7 +139,7 @@ def test_a_loop_is_left_once_the_result_is_beyond_the_value():
     assert notes_of(listener.events)[2] == "wear is 0.3 mm: not above 0.3 mm after 3 of 4 times"
 
 
-def test_the_run_can_be_stopped_while_a_result_is_computed():
+def test_run_can_be_stopped_during_calculation_of_result():
     stop, end, listener = threading.Event(), threading.Event(), Listener()
     wear = Wear(stop.set, lambda: end.wait(60))
     summary = run(FakeTester(), plan_of(BY_RESULT), guarded=[listener], results=wear, stop=stop)
@@ -148,7 +148,7 @@ def test_the_run_can_be_stopped_while_a_result_is_computed():
     assert (passes(listener.events), wear.count) == ([1], 1)
 
 
-def test_without_who_computes_results_the_step_fails():
+def test_condition_on_result_fails_without_calculation():
     summary = run(FakeTester(), plan_of(BY_RESULT))
     assert "'wear': no results are computed here" in summary.reason
 
@@ -157,38 +157,38 @@ KILLED = ["main[0].repeat[1].steps[0].set.tester.frequency", "main[0].repeat[1].
 
 
 @pytest.mark.parametrize("killed", KILLED)
-def test_a_loop_that_was_interrupted_goes_on_with_its_pass(killed):
+def test_interrupted_loop_resumes_with_same_pass(killed):
     plan = plan_of(LOOP)
     loads = (900.0, 900.0, 900.0, 1200.0)
-    events = done(plan, Loaded(*loads))
+    events = run_events(plan, Loaded(*loads))
     at = next(n for n, event in enumerate(events)
               if isinstance(event, StepStarted) and event.step == killed)  # fmt: skip
     resume_at = find_resume_point(plan.steps, events[: at + 1], "Ada")
     assert plan.steps[resume_at.start].path == KILLED[0]
-    assert passes(done(plan, Loaded(1200.0), resume_at)) == [2]
+    assert passes(run_events(plan, Loaded(1200.0), resume_at)) == [2]
 
 
-def test_a_loop_that_was_left_is_not_begun_again():
+def test_completed_loop_is_not_repeated_on_resume():
     plan = plan_of(LOOP)
-    events = done(plan, Loaded(1200.0))
+    events = run_events(plan, Loaded(1200.0))
     at = next(n for n, event in enumerate(events)
               if isinstance(event, StepStarted) and event.step == "main[1].measure")  # fmt: skip
     resume_at = find_resume_point(plan.steps, events[: at + 1], "Ada")
     assert plan.steps[resume_at.start].path == "main[1].measure"
     assert resume_at.left_out == frozenset(range(3, 12))
-    again = done(plan, Loaded(1200.0), resume_at)
-    assert passes(again) == []
+    resumed = run_events(plan, Loaded(1200.0), resume_at)
+    assert passes(resumed) == []
     assert len(streams_before(plan.steps, resume_at)["tester"]) == 1
 
 
-def test_a_look_that_was_interrupted_is_done_without_its_pass():
+def test_interrupted_loop_condition_is_checked_again_without_its_pass():
     plan = plan_of(LOOP)
-    events = done(plan, Loaded(900.0, 900.0, 1200.0))
+    events = run_events(plan, Loaded(900.0, 900.0, 1200.0))
     at = next(n for n, event in enumerate(events) if isinstance(event, StepStarted)
               and event.step == "main[0].repeat[0].until")  # fmt: skip
     resume_at = find_resume_point(plan.steps, events[: at + 1], "Ada")
     assert plan.steps[resume_at.start].path == "main[0].repeat[0].until"
-    assert passes(done(plan, Loaded(1200.0), resume_at)) == []
+    assert passes(run_events(plan, Loaded(1200.0), resume_at)) == []
 
 
 ANY = """\
@@ -213,42 +213,45 @@ main:
         ("right", ["when", "wait", "when", "when", "measure", "wait"]),
     ],
 )
-def test_steps_hang_on_an_answer(side, kinds):
-    events = done(plan_of(ANY), side=side)
+def test_answer_selects_steps(side, kinds):
+    events = run_events(plan_of(ANY), side=side)
     assert [event.action for event in events if isinstance(event, StepStarted)] == kinds
 
 
-def test_a_step_whose_question_was_never_asked_is_left_out():
-    assert notes_of(done(plan_of(ANY)))[0] == (
+def test_step_is_left_out_if_its_question_was_not_asked():
+    assert notes_of(run_events(plan_of(ANY)))[0] == (
         "side was not asked: the steps that hang on it are left out"
     )
 
 
-def test_what_a_condition_left_out_of_the_setup_stays_out_when_resumed():
+def test_setup_step_left_out_by_condition_stays_out_after_resume():
     plan = plan_of(ANY)
-    events = done(plan, side="left")
+    events = run_events(plan, side="left")
     at = next(n for n, event in enumerate(events)
               if isinstance(event, StepStarted) and event.step == "main[2].wait")  # fmt: skip
     resume_at = find_resume_point(plan.steps, events[: at + 1], "Ada")
-    brought_back = "main[0].group.steps[2].set.tester.load"
-    assert steps_of(done(plan, resume_at=resume_at, side="left")) == [brought_back, "main[2].wait"]
+    restored = "main[0].group.steps[2].set.tester.load"
+    assert steps_of(run_events(plan, resume_at=resume_at, side="left")) == [
+        restored,
+        "main[2].wait",
+    ]
 
 
-def test_an_answer_that_was_confirmed_counts():
+def test_confirmation_can_be_a_condition():
     text = """\
 main:
   - confirm: {text: Is it warm, into: warm, unattended: no}
   - wait: {time: 1 s, when: {input: warm, is: yes}}
   - wait: {time: 2 s, when: {input: warm, is: no}}
 """
-    events = done(plan_of(text))
+    events = run_events(plan_of(text))
     waited = [event.step for event in events
               if isinstance(event, StepEnded) and event.action == "wait"]  # fmt: skip
     assert waited == ["main[2].wait"]
 
 
-def test_a_set_point_is_not_skipped_where_a_condition_leads_to_a_reading_elsewhere():
-    """After the group the load stands as before it; skipped half-way it would not."""
+def test_set_point_is_not_skippable_if_condition_changes_drive_of_reading():
+    """Only with the group would the load be at 0 N for the reading."""
     text = """\
 main:
   - sweep:
@@ -286,7 +289,7 @@ CASES = [
 
 
 @pytest.mark.parametrize(("text", "change", "field", "message", "hint"), CASES)
-def test_what_cannot_be_is_refused_before_anything_moves(text, change, field, message, hint):
+def test_invalid_condition_is_refused_in_the_plan(text, change, field, message, hint):
     problem = only_problem(plan_of, edited(text, change))
     assert problem.field == field
     assert message in problem.message
@@ -309,7 +312,7 @@ def test_what_cannot_be_is_refused_before_anything_moves(text, change, field, me
         ("wait: {time: 1 s, when: {input: side, is: 5}}", "expected a text"),
     ],
 )  # fmt: skip
-def test_how_a_condition_is_written(step, message):
+def test_wrongly_written_condition_is_refused(step, message):
     problem = only_problem(lambda: parse_procedure(f"{HEAD}main:\n  - {step}\n", "p.yaml"))
     assert message in problem.message
     assert problem.location.line == HEAD.count("\n") + 2

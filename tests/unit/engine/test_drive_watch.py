@@ -1,4 +1,4 @@
-"""Drives beside readings: each is read back, and one that fell away ends the run."""
+"""Drives during readings: each is read back, and one that deviates ends the run."""
 
 from __future__ import annotations
 
@@ -21,14 +21,14 @@ from rigrunner.steps.set_drives import SetDrive
 
 
 class Bench(FakeTester):
-    """A tester beside which a second process may set a drive, and that counts its read-backs."""
+    """A tester whose load another process sets to zero at one of the calls."""
 
     def __init__(self, at: str = "", number: int = 1, **more) -> None:
         super().__init__(**more)
         self.at, self.number = at, number
 
-    def _told(self, call):
-        super()._told(call)
+    def _record_call(self, call):
+        super()._record_call(call)
         if call == self.at and self.calls.count(call) == self.number:
             self.drives_at["load"] = 0.0
 
@@ -41,7 +41,7 @@ LOADED = SetDrive("tester", "load", 1000.0, "N")
 @pytest.mark.parametrize(
     ("bench", "action"), [(Bench("read torque"), MEASURE), (Bench("block", 2), record("001"))]
 )
-def test_a_drive_that_falls_away_beside_a_reading_ends_the_run(bench, action):
+def test_drive_deviating_during_reading_ends_run(bench, action):
     listener = Listener()
     summary = run(bench, plan_of((), [LOADED, action], ()), critical=[listener])
     assert summary.outcome is Outcome.ABORTED
@@ -56,7 +56,7 @@ def test_a_drive_that_falls_away_beside_a_reading_ends_the_run(bench, action):
     assert bench.calls[-1] == "make_safe"
 
 
-def test_a_drive_that_fell_away_between_two_steps_is_found_before_anything_is_read():
+def test_drive_deviating_between_steps_is_detected_before_reading():
     bench = Bench("set frequency 10")
     steps = [LOADED, SetDrive("tester", "frequency", 10.0, "Hz"), MEASURE]
     summary = run(bench, plan_of((), steps, ()))
@@ -64,14 +64,14 @@ def test_a_drive_that_fell_away_between_two_steps_is_found_before_anything_is_re
     assert "read torque" not in bench.calls
 
 
-def test_the_rig_is_made_safe_before_the_teardown_once_a_drive_fell_away():
+def test_rig_is_made_safe_before_teardown_if_drive_deviates():
     bench = Bench("read torque")
     teardown = [SetDrive("tester", "frequency", 0.0, "Hz")]
     run(bench, plan_of((), [LOADED, MEASURE], teardown))
     assert bench.calls.index("make_safe") < bench.calls.index("set frequency 0")
 
 
-def test_a_drive_that_reads_back_no_number_has_fallen_away():
+def test_drive_reading_back_nan_ends_run():
     class Mute(FakeTester):
         def read_back(self, drive):
             late = self.calls.count("read_back load") > 0
@@ -82,7 +82,7 @@ def test_a_drive_that_reads_back_no_number_has_fallen_away():
     assert "reads back nan N" in summary.reason
 
 
-def test_one_read_back_that_is_off_alone_ends_nothing():
+def test_single_deviating_read_back_is_ignored():
     class Noisy(FakeTester):
         def read_back(self, drive):
             off = self.calls.count("read_back load") == 1
@@ -91,23 +91,23 @@ def test_one_read_back_that_is_off_alone_ends_nothing():
     assert run(Noisy(), plan_of((), [LOADED, MEASURE], ())).outcome is Outcome.COMPLETED
 
 
-def test_drives_that_nobody_set_are_not_read_back():
+def test_unset_drives_are_not_read_back():
     bench = Bench()
     assert run(bench, plan_of((), [MEASURE], ())).outcome is Outcome.COMPLETED
     assert "read_back load" not in bench.calls
 
 
-def test_another_device_is_watched_while_one_streams():
-    """The press falls away while the tester records; it is found between two blocks."""
+def test_drive_of_other_device_is_monitored_during_stream():
+    """The press deviates while the tester records; this is detected between two blocks."""
     press = FakeTester()
 
-    def fall(call):
+    def unload(call):
         if call == "block" and tester.calls.count("block") == 2:
             press.drives_at["load"] = 0.0
 
-    tester = FakeTester(before=fall)
+    tester = FakeTester(before=unload)
     clock = SimulatedClock()
-    tester.spoil = lambda blocks: _passing(blocks, clock)
+    tester.spoil = lambda blocks: _slowly(blocks, clock)
     steps = [SetDrive("press", "load", 1000.0, "N"), record("001", seconds=1.0)]
     listener = Listener()
     rig = Rig({"tester": tester, "press": press}, clock)
@@ -120,11 +120,11 @@ def test_another_device_is_watched_while_one_streams():
 
 
 @pytest.mark.parametrize("reads_back", [True, False])
-def test_a_device_that_streams_is_read_back_meanwhile_only_if_it_says_so(reads_back):
+def test_streaming_device_is_read_back_only_if_it_supports_it(reads_back):
     clock = SimulatedClock()
     tester = FakeTester()
     tester.reads_back_while_streaming = reads_back
-    tester.spoil = lambda blocks: _passing(blocks, clock)
+    tester.spoil = lambda blocks: _slowly(blocks, clock)
     rig = Rig({"tester": tester}, clock)
     rig.connect()
     plan = plan_of((), [LOADED, record("001", seconds=1.0)], ())
@@ -135,7 +135,7 @@ def test_a_device_that_streams_is_read_back_meanwhile_only_if_it_says_so(reads_b
     assert ("read_back load" in tester.calls[first:last]) is reads_back
 
 
-def _passing(blocks, clock):
+def _slowly(blocks, clock):
     for block in blocks:
         clock.sleep(0.1)
         yield block
@@ -154,20 +154,20 @@ SCAN = Scan(
 
 
 @pytest.mark.parametrize("at", ["read torque", "set frequency 5"])
-def test_a_drive_that_falls_away_in_a_scan_of_another_one_ends_it(at):
+def test_drive_deviating_during_scan_of_another_ends_run(at):
     summary = run(Bench(at), plan_of((), [LOADED, SCAN], ()))
     assert summary.outcome is Outcome.ABORTED
     assert summary.reason.startswith("tester.load was set to 1000 N and reads back 0 N")
 
 
-def test_a_scan_that_takes_its_time_ends_at_the_point_at_which_the_drive_fell_away():
+def test_slow_scan_ends_at_point_of_deviation():
     clock = SimulatedClock()
     bench = Bench("read torque", before=lambda call: clock.sleep(0.2 * (call == "read torque")))
     assert run(bench, plan_of((), [LOADED, SCAN], ()), clock=clock).outcome is Outcome.ABORTED
     assert bench.calls.count("read torque") == 1
 
 
-def test_a_drive_that_fell_away_was_last_seen_in_its_place_at_the_check_before():
+def test_latency_counts_from_last_good_check():
     clock, device, events = SimulatedClock(), FakeTester(), []
     rig = Rig({"tester": device}, clock)
     rig.connect()

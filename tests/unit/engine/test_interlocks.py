@@ -1,4 +1,4 @@
-"""Interlocks: what trips them, how soon that is seen, what they do and forbid, when they clear."""
+"""Interlocks: when they trip and clear, with which latency, and what they do and forbid."""
 
 from __future__ import annotations
 
@@ -43,8 +43,8 @@ HOT = Interlock(
 )
 
 
-def watched(interlock, *values, step_s=1.0):
-    """Return what happens when values are read one after the other: (time, change) pairs."""
+def changes_of(interlock, *values, step_s=1.0):
+    """Return the (time, change) pairs when values are read one after the other."""
     watch, changes = Watch(interlock, 0.0), []
     for number, value in enumerate(values):
         now_s = number * step_s
@@ -80,8 +80,8 @@ def watched(interlock, *values, step_s=1.0):
         ({"maximum": 5.0}, [float("nan")], [(0, "tripped")]),
     ],
 )
-def test_what_trips_and_what_clears(more, values, changes):
-    assert watched(replace(HOT, **more), *values) == changes
+def test_watch_trips_and_clears(more, values, changes):
+    assert changes_of(replace(HOT, **more), *values) == changes
 
 
 @pytest.mark.parametrize(
@@ -94,7 +94,7 @@ def test_what_trips_and_what_clears(more, values, changes):
         (slice(95, 100), 0.01, False),
     ],
 )
-def test_every_sample_of_a_block_counts(bad, debounce_s, trips):
+def test_every_sample_of_block_is_checked(bad, debounce_s, trips):
     values = np.zeros(100)
     values[bad] = 9.0
     watch = Watch(replace(HOT, maximum=5.0, debounce_s=debounce_s), 0.0)
@@ -102,7 +102,7 @@ def test_every_sample_of_a_block_counts(bad, debounce_s, trips):
     assert watch.tripped is trips
 
 
-def test_a_condition_goes_on_from_block_to_block():
+def test_debounce_continues_across_blocks():
     watch = Watch(replace(HOT, maximum=5.0, debounce_s=0.15), 0.0)
     times_s = np.arange(100) / 1000
     values = np.where(times_s < 0.04, 0.0, 9.0)
@@ -114,14 +114,14 @@ def test_a_condition_goes_on_from_block_to_block():
 
 
 class Rising(FakeTester):
-    """A tester whose load channel reads as a test says, by simulated seconds."""
+    """A tester whose load is a function of the simulated time."""
 
     def __init__(self, clock, load_at, **more):
         super().__init__(**more)
         self.clock, self.load_at = clock, load_at
 
     def read(self, channels):
-        self._told(f"read {','.join(channels)}")
+        self._record_call(f"read {','.join(channels)}")
         return dict.fromkeys(channels, self.load_at(self.clock.monotonic_s()))
 
 
@@ -139,12 +139,12 @@ def run_with(interlock, load_at, plan=None, **more):
     return summary, listener, device
 
 
-def steps_over_at(seconds, low=0.0, high=9e3):
+def step_at(seconds, low=0.0, high=9e3):
     return lambda now_s: high if now_s >= seconds else low
 
 
-def test_an_interlock_aborts_and_says_how_soon_it_was_seen():
-    summary, listener, device = run_with(HOT, steps_over_at(1.04))
+def test_interlock_aborts_and_reports_latency():
+    summary, listener, device = run_with(HOT, step_at(1.04))
     assert summary.outcome is Outcome.ABORTED
     assert summary.reason == "tester.load is 9000 N, above 2000 N"
     (tripped,) = listener.of(InterlockTripped)
@@ -155,15 +155,15 @@ def test_an_interlock_aborts_and_says_how_soon_it_was_seen():
     assert device.calls[-3:] == ["set load 0", "read_back load", "make_safe"]
 
 
-def test_make_safe_comes_before_the_teardown():
-    summary, listener, device = run_with(replace(HOT, does="make_safe"), steps_over_at(1.0))
+def test_interlock_makes_rig_safe_before_teardown():
+    summary, listener, device = run_with(replace(HOT, does="make_safe"), step_at(1.0))
     assert summary.outcome is Outcome.ABORTED
     ends = [call for call in device.calls if not call.startswith("read")]
     assert ends == ["connect", "make_safe", "set load 0", "make_safe"]
     assert len(listener.of(MadeSafe)) == 2
 
 
-def test_an_interlock_that_is_tripped_at_the_start_lets_nothing_begin():
+def test_interlock_tripped_at_start_prevents_every_step():
     plan = plan_of((SetDrive("tester", "load", 5.0, "N"),), (), ())
     summary, listener, device = run_with(HOT, lambda _: 9e3, plan)
     assert summary.outcome is Outcome.ABORTED
@@ -171,7 +171,7 @@ def test_an_interlock_that_is_tripped_at_the_start_lets_nothing_begin():
     assert listener.of(StepEnded) == []
 
 
-def test_samples_of_a_recording_are_watched():
+def test_interlock_checks_samples_of_recording():
     torque = replace(HOT, member=Member("tester", "torque"), shown=unit("N·m"), maximum=0.5)
 
     def spoil(blocks):
@@ -197,9 +197,9 @@ LOADED = (
 )
 
 
-def test_it_may_forbid_load_and_allow_unload():
+def test_forbidding_interlock_allows_unloading():
     forbids = replace(HOT, does="forbid", forbids=(Member("tester", "load"),))
-    summary, listener, device = run_with(forbids, steps_over_at(1.0), plan_of((), LOADED, ()))
+    summary, listener, device = run_with(forbids, step_at(1.0), plan_of((), LOADED, ()))
     assert summary.outcome is Outcome.ABORTED
     sets = [call for call in device.calls if call.startswith("set")]
     assert sets == ["set load 500", "set load 200"]
@@ -207,7 +207,7 @@ def test_it_may_forbid_load_and_allow_unload():
     assert listener.of(Intervention)[0].by == "interlock hot"
 
 
-def test_what_has_cleared_forbids_nothing():
+def test_cleared_interlock_forbids_nothing():
     forbids = replace(HOT, does="forbid", forbids=(Member("tester", "load"),))
     load_at = {0: 0.0, 1: 9e3, 2: 0.0}
     summary, listener, _ = run_with(
@@ -217,7 +217,7 @@ def test_what_has_cleared_forbids_nothing():
     assert len(listener.of(InterlockTripped)) == len(listener.of(InterlockCleared)) == 1
 
 
-def test_a_channel_that_cannot_be_read_trips():
+def test_unreadable_channel_trips_interlock():
     def load_at(now_s):
         if now_s > 1.0:
             raise DeviceLostError("cable")
@@ -228,7 +228,7 @@ def test_a_channel_that_cannot_be_read_trips():
     assert "tester.load cannot be read: tester: cable" in summary.reason
 
 
-def test_ctrl_c_while_an_interlock_is_read_is_not_taken_for_a_channel_that_cannot_be_read():
+def test_ctrl_c_during_interlock_reading_is_not_an_unreadable_channel():
     presses = iter([KeyboardInterrupt])
 
     def load_at(now_s):
@@ -243,27 +243,28 @@ def test_ctrl_c_while_an_interlock_is_read_is_not_taken_for_a_channel_that_canno
     assert (intervention.action, intervention.by) == ("abort", "keyboard")
 
 
-def test_a_pause_by_an_interlock_aborts_where_nobody_is_there():
-    summary, listener, _ = run_with(replace(HOT, does="pause"), steps_over_at(1.0))
+def test_interlock_pause_aborts_unattended_run():
+    summary, listener, _ = run_with(replace(HOT, does="pause"), step_at(1.0))
     assert summary.outcome is Outcome.ABORTED
     assert "there is nobody to resume it" in summary.reason
     assert [event.action for event in listener.of(Intervention)] == ["pause", "abort"]
 
 
 @pytest.mark.parametrize(
-    ("others", "safe_first"), [(("pause", "abort"), False), (("pause", "abort", "make_safe"), True)]
+    ("actions", "safe_first"),
+    [(("pause", "abort"), False), (("pause", "abort", "make_safe"), True)],
 )
-def test_of_several_interlocks_the_gravest_decides(others, safe_first):
+def test_gravest_tripped_interlock_decides(actions, safe_first):
     clock = SimulatedClock()
-    interlocks = tuple(replace(HOT, name=name, does=name) for name in others)
-    device = Rising(clock, steps_over_at(1.0))
+    interlocks = tuple(replace(HOT, name=name, does=name) for name in actions)
+    device = Rising(clock, step_at(1.0))
     plan = plan_of((), [Settle(3.0)], (SetDrive("tester", "load", 0.0, "N"),))
     summary = run(device, replace(plan, interlocks=interlocks), clock=clock)
     assert "nobody to resume" not in summary.reason
     assert (device.calls.index("make_safe") < device.calls.index("set load 0")) is safe_first
 
 
-def test_an_override_ends_once_the_interlock_has_cleared():
+def test_override_ends_when_interlock_clears():
     watch = Watch(HOT, 0.0)
     take(watch, 9e3, 1.0)
     watch.overridden = True
@@ -273,24 +274,24 @@ def test_an_override_ends_once_the_interlock_has_cleared():
     assert not watch.overridden
 
 
-def test_a_teardown_is_done_though_an_interlock_is_tripped():
+def test_teardown_runs_despite_tripped_interlock():
     plan = plan_of((), [Settle(2.0)], (Settle(1.0), SetDrive("tester", "load", 0.0, "N")))
-    summary, listener, device = run_with(HOT, steps_over_at(1.0), plan)
+    summary, listener, device = run_with(HOT, step_at(1.0), plan)
     assert summary.outcome is Outcome.ABORTED
     assert [event.ok for event in listener.of(StepEnded)] == [False, True, True]
     assert device.calls[-1] == "make_safe"
 
 
-def test_what_comes_up_in_the_last_step_does_not_pass_unseen():
-    # the channel is read once a second, and the last step is over sooner
+def test_interlock_is_checked_after_last_step():
+    # the channel is not due again before the last step ends
     plan = plan_of((), [Settle(1.0), Settle(0.5)], ())
-    summary, _, _ = run_with(replace(HOT, every_s=60.0), steps_over_at(1.2), plan)
+    summary, _, _ = run_with(replace(HOT, every_s=60.0), step_at(1.2), plan)
     assert summary.outcome is Outcome.ABORTED
 
 
-def test_a_drive_that_the_station_wants_slower_is_led_and_watched_on_its_way():
+def test_station_rate_limits_drive_in_monitored_steps():
     clock, listener = SimulatedClock(), Listener()
-    device = Rising(clock, steps_over_at(6.0))
+    device = Rising(clock, step_at(6.0))
     rules = DriveRules({Member("tester", "load"): DriveLimits(rate="100 N/s")})
     rig = Rig({"tester": device}, clock, rules=rules)
     rig.connect()
@@ -308,7 +309,7 @@ def test_a_drive_that_the_station_wants_slower_is_led_and_watched_on_its_way():
 
 
 @pytest.mark.parametrize(
-    ("stands_at", "outcome", "sets"),
+    ("position", "outcome", "sets"),
     [
         (-0.5, Outcome.COMPLETED, ["set load 0", "set load 10", "set load 20"]),
         (-30.0, Outcome.COMPLETED, ["set load 0", "set load 10", "set load 20"]),  # 1 % of 3000 N
@@ -316,14 +317,12 @@ def test_a_drive_that_the_station_wants_slower_is_led_and_watched_on_its_way():
         (3000.5, Outcome.COMPLETED, None),
     ],
 )
-def test_a_drive_that_reads_back_just_out_of_its_range_is_led_from_its_edge(
-    stands_at, outcome, sets
-):
+def test_drive_slightly_out_of_range_ramps_from_edge_of_range(position, outcome, sets):
     clock, device = SimulatedClock(), FakeTester()
     rules = DriveRules({Member("tester", "load"): DriveLimits(rate="100 N/s")})
     rig = Rig({"tester": device}, clock, rules=rules)
     rig.connect()
-    device.drives_at["load"] = stands_at
+    device.drives_at["load"] = position
     plan = plan_of((), [SetDrive("tester", "load", 20.0, "N")], ())
     summary = run_plan(plan, rig, Bus(), clock, UnattendedAnswers(), threading.Event(), "led")
     assert summary.outcome is outcome
@@ -336,7 +335,7 @@ def take(watch, value, now_s):
 
 
 @pytest.mark.parametrize(("samples", "trips"), [(50, False), (150, True)])
-def test_a_condition_lasts_as_long_as_its_samples_at_their_rate(samples, trips):
+def test_debounce_follows_sample_rate(samples, trips):
     clock = SimulatedClock()
     rig = Rig({"tester": FakeTester()}, clock)
     lasting = replace(HOT, member=Member("tester", "torque"), maximum=5.0, debounce_s=0.1)
@@ -348,7 +347,7 @@ def test_a_condition_lasts_as_long_as_its_samples_at_their_rate(samples, trips):
     assert bool(guard.tripped) is trips
 
 
-def test_a_block_without_samples_says_nothing_of_a_watched_channel():
+def test_empty_block_does_not_trip_interlock():
     rig = Rig({"tester": FakeTester()}, SimulatedClock())
     rig.connect()
     guard = Guard([HOT], rig, lambda *_args, **_more: None)
@@ -358,24 +357,24 @@ def test_a_block_without_samples_says_nothing_of_a_watched_channel():
     assert [watch.interlock for watch in guard.tripped] == [HOT]
 
 
-def test_every_interlock_is_read_before_each_step_also_one_that_is_not_due_yet():
+def test_interlocks_are_read_before_each_step_even_if_not_due():
     seldom = replace(HOT, every_s=1e6)
     plan = plan_of((), [Settle(1.0), SetDrive("tester", "frequency", 5.0, "Hz")], ())
-    summary, _, device = run_with(seldom, steps_over_at(0.5), plan)
+    summary, _, device = run_with(seldom, step_at(0.5), plan)
     assert summary.outcome is Outcome.ABORTED
     assert "set frequency 5" not in device.calls
 
 
-def test_an_interlock_that_trips_in_the_teardown_is_put_on_record():
+def test_interlock_tripping_in_teardown_is_recorded():
     plan = plan_of((), (), [Settle(2.0), SetDrive("tester", "load", 0.0, "N")])
-    summary, listener, device = run_with(HOT, steps_over_at(1.0), plan)
+    summary, listener, device = run_with(HOT, step_at(1.0), plan)
     assert summary.outcome is Outcome.COMPLETED
     assert [event.interlock for event in listener.of(InterlockTripped)] == ["hot"]
     assert "set load 0" in device.calls
 
 
-def test_a_rate_and_a_debounce_count_from_the_very_moment():
-    """Times that binary fractions hold exactly: what lasts as long as the debounce trips."""
+def test_condition_lasting_exactly_debounce_time_trips():
+    """With times that are exact as binary fractions."""
     lasting = replace(HOT, maximum=5.0, debounce_s=0.5)
     watch = Watch(lasting, 0.0)
     for now_s in (0.0, 0.25, 0.5):
@@ -384,8 +383,8 @@ def test_a_rate_and_a_debounce_count_from_the_very_moment():
     assert watch.tripped
 
 
-def test_a_rate_is_told_from_readings_no_closer_than_the_interlock_looks():
-    """Two readings within `every` would take noise for a change; one at `every` is looked at."""
+def test_rate_needs_readings_as_far_apart_as_the_interval():
+    """Readings closer together would show noise as a change."""
     quick = replace(HOT, maximum=inf, rate_per_s=2.0, every_s=0.5)
     early, due = Watch(quick, 0.0), Watch(quick, 0.0)
     for watch, now_s in ((early, 0.25), (due, 0.5)):
@@ -394,7 +393,7 @@ def test_a_rate_is_told_from_readings_no_closer_than_the_interlock_looks():
     assert (early.tripped, due.tripped) == (False, True)
 
 
-def test_a_jump_is_told_from_the_reading_before_and_not_from_the_first():
+def test_rate_compares_with_previous_reading():
     watch = Watch(replace(HOT, maximum=inf, rate_per_s=50.0), 0.0)
     for now_s in range(100):
         take(watch, 1000.0, float(now_s))
@@ -403,8 +402,8 @@ def test_a_jump_is_told_from_the_reading_before_and_not_from_the_first():
     assert watch.tripped
 
 
-def fed(interlock, blocks, value_at, *, late_s=(), read_after_s=0.1):
-    """Feed blocks of so many s, some of them late, then read once; return what happened."""
+def feed(interlock, blocks, value_at, *, late_s=(), read_after_s=0.1):
+    """Feed blocks of these durations, some of them late, then read once; return the changes."""
     clock, kinds, first, rate_hz = SimulatedClock(), [], 0, 100.0
     rig = Rig({"tester": FakeTester()}, clock)
     rig.connect()
@@ -435,19 +434,19 @@ RISING = replace(HOT, maximum=inf, rate_per_s=6.0)
     [([1.0] * 3, ()), ([0.1] * 10, ()), ([0.1] * 10, [0, 0.1, 0, 0.05, 0] * 2)],
 )
 @pytest.mark.parametrize(("rate", "trips"), [(4.0, False), (9.0, True)])
-def test_a_rate_is_that_of_the_samples_however_their_blocks_come(blocks, late_s, rate, trips):
-    """A block counted as read at its end with its mean: 24 K/s were seen of 4 K/s after it."""
-    found = fed(RISING, blocks, lambda at_s: rate * at_s, late_s=late_s)
-    assert ("tripped" in found) == trips
+def test_rate_does_not_depend_on_blocks(blocks, late_s, rate, trips):
+    """With each block as one reading of its mean at its end, 4 K/s would look like 24 K/s."""
+    changes = feed(RISING, blocks, lambda at_s: rate * at_s, late_s=late_s)
+    assert ("tripped" in changes) == trips
 
 
-def test_a_jump_within_a_long_block_is_a_change():
-    """By the means over 2 s it was 5.5 per s: 20 in 0.2 s, which single readings show."""
-    trips = fed(RISING, [2.0, 2.0], lambda at_s: np.clip(100 * (at_s - 1), 0, 20))
-    assert "tripped" in trips
+def test_jump_within_long_block_trips_rate():
+    """It rises by 20 in 0.2 s, as single readings show; the means of blocks give 5.5 per s."""
+    changes = feed(RISING, [2.0, 2.0], lambda at_s: np.clip(100 * (at_s - 1), 0, 20))
+    assert "tripped" in changes
 
 
-def test_an_interlock_that_is_not_due_is_not_read():
+def test_interlock_not_due_is_not_read():
     device, clock = FakeTester(), SimulatedClock()
     rig = Rig({"tester": device}, clock)
     rig.connect()
@@ -461,7 +460,7 @@ def test_an_interlock_that_is_not_due_is_not_read():
     assert device.calls.count("read load") == 2
 
 
-def test_what_is_told_is_the_value_that_tripped_it_and_then_the_one_that_cleared_it():
+def test_text_names_value_that_tripped_and_value_that_cleared():
     watch = Watch(HOT, 0.0)
     take(watch, 3000.0, 1.0)
     assert watch.text == "tester.load is 3000 N, above 2000 N"

@@ -1,4 +1,4 @@
-"""What an engine says of a reading that is no number, and of readings in their order."""
+"""Limits of readings that are not numbers, and the order of readings."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ DOOR = ReadingLimit("box.door", (True,))
 FIRMWARE = ReadingLimit("box.firmware", ("FW2.1", "FW2.2"))
 
 
-def test_only_a_reading_that_is_not_as_expected_is_told():
+def test_only_unexpected_readings_miss_their_limit():
     readings = {"box.door": True, "box.firmware": "FW2.2"}
     assert list(missed_of([DOOR, FIRMWARE], readings)) == []
     ((kind, text),) = missed_of([DOOR, FIRMWARE], readings | {"box.door": False})
@@ -32,11 +32,11 @@ class Observes(FakeTester):
     readings = (ReadingInfo("door", "boolean", "Door"), ReadingInfo("mode", "text", "Mode"))
 
     def observe(self, names):
-        self._told(f"observe {','.join(names)}")
+        self._record_call(f"observe {','.join(names)}")
         return {"door": True, "mode": self.calls[0]}
 
 
-def test_readings_of_several_devices_come_in_the_order_that_was_asked_for():
+def test_readings_of_several_devices_keep_requested_order():
     devices = {"box": Observes(), "rack": Observes()}
     rig = Rig(devices, SimulatedClock())
     session = Session(

@@ -1,4 +1,4 @@
-"""What goes wrong in a run is put on record, and nothing else is taken for it."""
+"""Errors of a run are recorded as such, and an interrupt is not one of them."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ def notes_with(error):
     return Notes(Bus([]), emit, threading.Event()), kinds
 
 
-def test_a_sink_that_fails_is_an_error_of_the_run():
+def test_failing_sink_is_an_error_of_the_run():
     error = RuntimeError("disk")
     notes, kinds = notes_with(error)
     notes.try_emit(Note, step="main[0]", text="marginal")
@@ -31,7 +31,7 @@ def test_a_sink_that_fails_is_an_error_of_the_run():
     assert kinds == ["Note", "Alarm"]
 
 
-def test_ctrl_c_while_an_event_is_told_is_not_taken_for_a_sink_that_fails():
+def test_ctrl_c_during_emit_is_not_a_failing_sink():
     notes, kinds = notes_with(KeyboardInterrupt())
     with pytest.raises(KeyboardInterrupt):
         notes.try_emit(Note, step="main[0]", text="marginal")

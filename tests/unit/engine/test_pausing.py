@@ -1,4 +1,4 @@
-"""Pausing: where a run stands still, how it goes on, and what is put on record."""
+"""Pausing: where a run pauses, how it goes on, and what is recorded."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ SCAN = Scan(
 )  # fmt: skip
 
 
-def done(listener) -> list[tuple[str, bool]]:
+def ended_steps(listener) -> list[tuple[str, bool]]:
     return [(event.step.removeprefix("main[0]."), event.ok) for event in listener.of(StepEnded)]
 
 
@@ -47,7 +47,7 @@ def recordings(listener) -> list[tuple[str, bool]]:
 
 
 @pytest.mark.parametrize("kind", ["setdrive", "settle", "record"])
-def test_a_run_that_is_resumed_has_done_every_step(kind):
+def test_resumed_run_does_every_step(kind):
     summary, listener, person, device = pausing_run(f"{SECOND}.{kind}", decided(Choice.RESUME))
     assert (summary.outcome, summary.error) == (Outcome.COMPLETED, None)
     good = [name for name, ok in recordings(listener) if ok]
@@ -58,7 +58,7 @@ def test_a_run_that_is_resumed_has_done_every_step(kind):
     assert device.drives_at == {"load": 0.0, "frequency": 0.0}
 
 
-def test_a_pause_breaks_a_recording_off_within_a_block_and_it_is_made_anew():
+def test_pause_interrupts_recording_which_is_repeated():
     summary, listener, _, _ = pausing_run(f"{SECOND}.record", decided(Choice.RESUME), inside=True)
     assert summary.outcome is Outcome.COMPLETED
     assert recordings(listener) == [
@@ -66,11 +66,11 @@ def test_a_pause_breaks_a_recording_off_within_a_block_and_it_is_made_anew():
     ]  # fmt: skip
 
 
-def test_what_stood_still_settles_again_before_it_is_recorded():
+def test_paused_device_settles_again_before_recording():
     _, listener, _, device = pausing_run(
         f"{SECOND}.record", decided(Choice.RESUME), device=Patient(), inside=True
     )
-    assert done(listener)[3:9] == [
+    assert ended_steps(listener)[3:9] == [
         ("sweep[1].setdrive", True),
         ("sweep[1].settle", True),
         ("sweep[1].record", False),
@@ -81,14 +81,14 @@ def test_what_stood_still_settles_again_before_it_is_recorded():
     assert [call for call in device.calls if call in {"pause", "resume"}] == ["pause", "resume"]
 
 
-def test_a_device_that_cannot_pause_says_so():
+def test_device_that_cannot_pause_raises_alarm():
     _, listener, person, _ = pausing_run(f"{SECOND}.record", decided(Choice.RESUME))
     text = "tester cannot pause: frequency stays at 11 Hz"
     assert person.seen[0].moving == (text,)
     assert [(event.source, event.text) for event in listener.of(Alarm)] == [("pause", text)]
 
 
-def test_a_device_at_rest_has_nothing_to_pause():
+def test_device_at_rest_needs_no_pause():
     plan = replace(sweep(), steps=sweep().steps[1:])
     _, listener, person, _ = pausing_run(
         "main[0].sweep[0].settle", decided(Choice.RESUME), plan=plan
@@ -97,7 +97,7 @@ def test_a_device_at_rest_has_nothing_to_pause():
     assert listener.of(Alarm) == []
 
 
-def test_a_repeated_point_begins_with_its_set_point_and_keeps_all_attempts():
+def test_repeated_point_starts_at_set_point_and_keeps_attempts():
     plan = sweep()
     settled = replace(plan.steps[3], action=Settle(0.5), within=".after")
     plan = replace(plan, steps=(*plan.steps[:6], settled, *plan.steps[6:]))
@@ -106,17 +106,17 @@ def test_a_repeated_point_begins_with_its_set_point_and_keeps_all_attempts():
     assert recordings(listener) == [
         ("001", True), ("002", True), ("002_try2", True), ("003", True),
     ]  # fmt: skip
-    again = done(listener)
-    assert again[3:7] == [
+    steps = ended_steps(listener)
+    assert steps[3:7] == [
         ("sweep[1].setdrive", True), ("sweep[1].settle", True), ("sweep[1].record", True),
         ("sweep[1].after", False),
     ]  # fmt: skip
-    assert again[7] == ("sweep[1].setdrive", True)
+    assert steps[7] == ("sweep[1].setdrive", True)
     (_, repeated) = listener.of(Intervention)
     assert (repeated.action, repeated.by, repeated.reason) == ("repeat", "Ada", SECOND)
 
 
-def test_a_skipped_point_is_left_out_and_the_run_says_so():
+def test_skipped_point_is_left_out_and_recorded():
     summary, listener, _, _ = pausing_run(f"{SECOND}.settle", decided(Choice.SKIP, "it squeals"))
     assert summary.outcome is Outcome.COMPLETED
     assert summary.passed_over == (f"{SECOND}: skipped by Ada: it squeals",)
@@ -135,10 +135,8 @@ def test_a_skipped_point_is_left_out_and_the_run_says_so():
         (SCAN, (SetDrive("tester", "frequency", 9.0, "Hz"), Settle(1.0)), True),
         (SetDrive("tester", "load", 7.0, "N"), (record("a", load=7.0),), True),
     ],
-)  # the drive of the fake tester stands at 7 N
-def test_a_step_that_leads_a_drive_to_where_the_rest_needs_it_is_not_skipped(
-    skipped, follows, offered
-):
+)  # the load of the fake tester is at 7 N
+def test_step_whose_set_point_is_needed_later_cannot_be_skipped(skipped, follows, offered):
     at, choices = "main[0]", [decided(Choice.SKIP, "no"), decided(Choice.ABORT)]
     plan = plan_of((), (skipped, *follows))
     summary, _, person, _ = pausing_run(at, *choices[not offered :], plan=plan)
@@ -147,7 +145,7 @@ def test_a_step_that_leads_a_drive_to_where_the_rest_needs_it_is_not_skipped(
 
 
 @pytest.mark.parametrize(("settle_s", "points"), [(0.1, [0, 1, 2]), (0.0, [0, 0, 1, 2])])
-def test_a_scan_that_a_pause_broke_off_begins_anew(settle_s, points):
+def test_scan_interrupted_by_pause_starts_again(settle_s, points):
     """While it settles at its first point, or between that and the next one."""
     plan = plan_of((), (replace(SCAN, settle_s=settle_s), record("a", load=30.0)))
     summary, listener, _, device = pausing_run("main[0]", decided(Choice.RESUME), plan=plan)
@@ -160,7 +158,7 @@ def test_a_scan_that_a_pause_broke_off_begins_anew(settle_s, points):
     assert summary.passed_over == ()
 
 
-def test_a_scan_that_must_not_be_done_twice_is_aborted_by_a_pause():
+def test_pause_aborts_unrepeatable_scan():
     step = PlannedStep("main[0]", Phase.MAIN, SCAN, "", 1.0, Terms(repeatable=False))
     summary, listener, person, device = pausing_run("main[0]", plan=Plan((step,), ()))
     assert summary.outcome is Outcome.ABORTED
@@ -169,8 +167,8 @@ def test_a_scan_that_must_not_be_done_twice_is_aborted_by_a_pause():
     assert device.calls[-1] == "make_safe"
 
 
-def test_a_drive_that_cannot_be_read_back_while_paused_ends_nothing():
-    """Who fixes a cable while the run is paused goes on."""
+def test_unreadable_drive_during_pause_does_not_end_run():
+    """A person can fix a cable while the run is paused."""
 
     def before(call):
         if call == "read_back load" and broken:
@@ -192,7 +190,7 @@ def test_a_drive_that_cannot_be_read_back_while_paused_ends_nothing():
     assert Choice.SKIP not in person.seen[0].choices
 
 
-def test_the_last_point_of_a_sweep_is_skipped_only_where_its_drive_is_led_anew():
+def test_last_sweep_point_can_be_skipped_only_if_drive_is_set_again():
     plan = sweep()
     record_after = replace(plan.steps[-3], within="main[1]", points=(), action=record("after"))
     last = "main[0].sweep[2]"
@@ -204,7 +202,7 @@ def test_the_last_point_of_a_sweep_is_skipped_only_where_its_drive_is_led_anew()
     assert Choice.SKIP in person.seen[0].choices
 
 
-def test_an_abort_while_paused_tears_down_and_makes_safe():
+def test_abort_during_pause_tears_down_and_makes_safe():
     summary, listener, _, device = pausing_run(f"{SECOND}.record", decided(Choice.ABORT))
     assert summary.outcome is Outcome.ABORTED
     assert listener.of(Intervention)[-1].by == "Ada"
@@ -214,7 +212,7 @@ def test_an_abort_while_paused_tears_down_and_makes_safe():
     assert device.calls[-1] == "make_safe"
 
 
-def test_a_note_goes_on_record_and_the_run_stays_paused():
+def test_note_is_recorded_and_run_stays_paused():
     summary, listener, person, _ = pausing_run(
         f"{SECOND}.record", decided(Choice.NOTE, "oil on the mandrel"), decided(Choice.RESUME)
     )
@@ -223,7 +221,7 @@ def test_a_note_goes_on_record_and_the_run_stays_paused():
     assert len(person.seen) == 2
 
 
-def test_a_pause_inside_a_step_that_cannot_be_repeated_aborts():
+def test_pause_inside_unrepeatable_step_aborts():
     plan = sweep(repeatable=False)
     summary, listener, person, device = pausing_run(f"{SECOND}.record", plan=plan, inside=True)
     assert summary.outcome is Outcome.ABORTED
@@ -233,7 +231,7 @@ def test_a_pause_inside_a_step_that_cannot_be_repeated_aborts():
     assert device.calls[-1] == "make_safe"
 
 
-def test_a_point_whose_step_cannot_be_repeated_is_not_offered_again():
+def test_point_with_unrepeatable_step_cannot_be_repeated():
     plan = sweep(repeatable=False)
     after = replace(plan.steps[4], within=".after")
     plan = replace(plan, steps=(*plan.steps[:6], after, *plan.steps[6:]))
@@ -260,7 +258,7 @@ COLD = Interlock(
 
 
 class Cooling(FakeTester):
-    """Reads 0 N from the first reading of the second point on, for so many readings."""
+    """Reads 0 N for `cold` readings, from the second point on."""
 
     cold = 10**9
 
@@ -270,7 +268,7 @@ class Cooling(FakeTester):
         return dict.fromkeys(channels, 0.0 if low else 9.0)
 
 
-def test_a_run_that_an_interlock_paused_goes_on_only_when_it_has_cleared():
+def test_run_paused_by_interlock_resumes_only_after_it_clears():
     device = Cooling()
     device.cold = 3
     plan = replace(sweep(), interlocks=(COLD,))
@@ -284,7 +282,7 @@ def test_a_run_that_an_interlock_paused_goes_on_only_when_it_has_cleared():
 
 
 class ColdAtRest(Patient):
-    """Reads 0 N for so many readings once it has been paused."""
+    """Reads 0 N for `cold` readings once it has been paused."""
 
     cold = 3
     at_rest = False
@@ -302,7 +300,7 @@ class ColdAtRest(Patient):
         return dict.fromkeys(channels, 0.0 if self.at_rest and self.cold > 0 else 9.0)
 
 
-def test_a_run_is_not_resumed_while_an_interlock_forbids_the_drive_that_would_move():
+def test_run_does_not_resume_while_interlock_forbids_moving_drive():
     forbids = replace(COLD, does="forbid", forbids=(Member("tester", "frequency"),))
     plan, device = replace(sweep(), interlocks=(forbids,)), ColdAtRest()
     summary, _, person, _ = pausing_run(
@@ -313,7 +311,7 @@ def test_a_run_is_not_resumed_while_an_interlock_forbids_the_drive_that_would_mo
     assert device.cold <= 0  # it moved again only once that had cleared
 
 
-def test_an_interlock_that_forbids_a_drive_that_stands_still_anyway_lets_a_run_be_resumed():
+def test_run_resumes_if_forbidden_drive_does_not_move():
     forbids = replace(COLD, does="forbid", forbids=(Member("tester", "load"),))
     plan, device = replace(sweep(), interlocks=(forbids,)), ColdAtRest()
     summary, _, person, _ = pausing_run(
@@ -323,24 +321,24 @@ def test_an_interlock_that_forbids_a_drive_that_stands_still_anyway_lets_a_run_b
     assert len(person.seen) == 1
 
 
-def test_all_tripped_interlocks_must_allow_it_to_be_overridden():
+def test_override_needs_permission_of_all_tripped_interlocks():
     strict = replace(COLD, name="strict")
     plan = replace(sweep(), interlocks=(replace(COLD, overridable=True), strict))
     _, _, person, _ = pausing_run("nowhere", decided(Choice.ABORT), plan=plan, device=Cooling())
     assert Choice.OVERRIDE not in person.seen[0].choices
 
 
-def test_there_is_nothing_to_override_in_a_pause_that_a_person_asked_for():
+def test_requested_pause_offers_no_override():
     plan = replace(sweep(), interlocks=(replace(COLD, overridable=True),))
     _, _, person, _ = pausing_run(f"{SECOND}.settle", decided(Choice.ABORT), plan=plan)
     assert Choice.OVERRIDE not in person.seen[0].choices
 
 
-def test_a_stop_says_why_in_the_log_too():
+def test_stop_error_text_is_its_reason():
     assert str(StopNow("STOP at the panel", "panel")) == "STOP at the panel"
 
 
-def test_an_interlock_is_overridden_only_where_the_station_allows_it():
+def test_override_needs_permission_of_station():
     plan = replace(sweep(), interlocks=(replace(COLD, overridable=True),))
     summary, listener, person, _ = pausing_run(
         "nowhere", decided(Choice.OVERRIDE, "sensor unplugged"), plan=plan, device=Cooling()
@@ -371,7 +369,7 @@ def test_stop_now_skips_the_teardown_and_makes_safe():
     assert listener.of(Intervention)[0].by == "keyboard"
 
 
-def test_an_outer_point_has_the_inner_ones_inside():
+def test_outer_point_contains_inner_points():
     inner = [replace(step, points=("outer[0]", *step.points)) for step in sweep(2).steps[:6]]
     last = replace(inner[0], action=SetDrive("tester", "load", 0.0, "N"), points=("outer[0]",))
     steps = [*inner, last, replace(last, points=("outer[1]",))]
@@ -382,7 +380,7 @@ def test_an_outer_point_has_the_inner_ones_inside():
 
 
 class Talkative(Person):
-    """Has something to tell each time."""
+    """Has a new action to report each time."""
 
     count = 0
 
@@ -391,7 +389,7 @@ class Talkative(Person):
         return [Interference("take over", f"Ada {self.count}", subject="from Bob")]
 
 
-def test_what_else_a_person_did_is_put_on_record_also_in_the_teardown():
+def test_other_actions_of_persons_are_recorded_in_teardown_too():
     end = PlannedStep("teardown[0]", Phase.TEARDOWN, Settle(0.5), "", 0.5)
     listener, person = Listener(), Talkative([])
     plan = Plan((*sweep(1).steps, end))
@@ -404,13 +402,13 @@ def test_what_else_a_person_did_is_put_on_record_also_in_the_teardown():
     assert any(event.seq > started.seq for event in changes)
 
 
-def test_all_settling_since_the_drive_was_last_set_is_done_again():
+def test_every_settle_since_last_set_is_repeated():
     plan = plan_of((), [Settle(9.0), MAIN[1], Settle(0.1), Settle(0.2), record("a")], ())
     assert settles_before(plan.steps, 4) == [2, 3]
     assert settles_before(plan.steps, 1) == []
 
 
-def test_a_run_is_over_when_its_last_point_is_skipped_and_no_teardown_follows():
+def test_skipping_last_point_completes_run_without_teardown():
     plan = Plan(sweep(1).steps[:3])
     point = plan.steps[0].points[0]
     summary, _, _, _ = pausing_run(f"{point}.record", decided(Choice.SKIP, "worn"), plan=plan)
@@ -418,8 +416,8 @@ def test_a_run_is_over_when_its_last_point_is_skipped_and_no_teardown_follows():
     assert summary.passed_over == (f"{point}: skipped by Ada: worn",)
 
 
-def test_what_else_a_person_does_during_a_pause_is_put_on_record_before_it_ends():
-    class Asked(Talkative):
+def test_actions_during_pause_are_recorded_before_it_ends():
+    class Counting(Talkative):
         def decide(self, paused, watch):
             before = self.count
             decision = super().decide(paused, watch)
@@ -427,7 +425,7 @@ def test_what_else_a_person_does_during_a_pause_is_put_on_record_before_it_ends(
             return decision
 
     counts: list[int] = []
-    listener, person = Listener(), Asked([decided(Choice.RESUME)])
+    listener, person = Listener(), Counting([decided(Choice.RESUME)])
 
     def notice(event):
         if isinstance(event, StepStarted) and event.step == SECOND + ".settle":
@@ -439,7 +437,7 @@ def test_what_else_a_person_does_during_a_pause_is_put_on_record_before_it_ends(
     assert counts == [1]
 
 
-def test_in_a_pause_an_interlock_that_is_not_due_is_not_read():
+def test_interlock_not_due_is_not_read_during_pause():
     seldom = replace(sweep(1), interlocks=(replace(COLD, every_s=1e6),))
 
     def readings(*choices):
@@ -451,13 +449,13 @@ def test_in_a_pause_an_interlock_that_is_not_due_is_not_read():
 
 
 class Watcher(Person):
-    """Sees the channels, and notes what was recorded when it looked."""
+    """Reads the channels when shown the rig, and whether a recording was running."""
 
     def show(self, rig):
         self.looks.append((rig.read("tester", ["torque"]), self.is_recording()))
 
 
-def test_who_watches_sees_the_channels_while_time_passes_and_never_during_a_recording():
+def test_channels_are_shown_during_waits_but_not_recordings():
     listener = Listener()
 
     def is_recording():

@@ -48,7 +48,7 @@ def assert_safe_and_torn_down(device: FakeTester) -> None:
     assert ended[-2:] == list(TEARDOWN_CALLS)
 
 
-def test_run_that_completes_tells_all():
+def test_completed_run_reports_start_steps_and_end():
     device, listener = FakeTester(), Listener()
     summary = run(device, critical=[listener])
     assert (summary.outcome, summary.reason, summary.error) == (Outcome.COMPLETED, "", None)
@@ -75,7 +75,7 @@ def test_every_step_begins_and_ends_in_order():
     assert all(event.ok for event in listener.of(StepEnded))
 
 
-def test_settle_lets_simulated_time_pass():
+def test_settle_takes_simulated_time():
     listener = Listener()
     run(FakeTester(), critical=[listener])
     (started,) = (event for event in listener.of(StepStarted) if event.action == "settle")
@@ -83,7 +83,7 @@ def test_settle_lets_simulated_time_pass():
     assert ended.monotonic_s - started.monotonic_s == pytest.approx(0.3)
 
 
-def test_questions_and_answers_are_on_record():
+def test_questions_and_answers_are_recorded():
     listener = Listener()
     run(FakeTester(), critical=[listener])
     assert [event.text for event in listener.of(Prompt)] == ["Guards closed?", "Serial number?"]
@@ -107,7 +107,7 @@ def test_recording_carries_samples_conditions_setpoints_and_truth():
     assert ended.truth == {"starting_torque_nm": 0.7262}
 
 
-def test_zero_is_the_mean_of_what_was_streamed():
+def test_zero_is_mean_of_stream():
     listener = Listener()
     run(FakeTester(), critical=[listener])
     (ended,) = (event for event in listener.of(StepEnded) if event.action == "zero")
@@ -155,7 +155,7 @@ def test_anything_raised_at_any_call_ends_safe(number, error):
         assert summary.outcome is Outcome.COMPLETED
 
 
-def test_interrupt_is_on_record_as_an_intervention_of_the_keyboard():
+def test_interrupt_is_recorded_as_intervention_from_keyboard():
     listener = Listener()
     summary = run(FakeTester(before=NthCall(3, KeyboardInterrupt())), critical=[listener])
     assert summary.reason == "interrupted from the keyboard"
@@ -181,7 +181,7 @@ def test_stop_request_at_any_call_ends_aborted(number):
         assert_safe_and_torn_down(device)
 
 
-def test_stop_is_obeyed_within_a_tenth_of_a_second_of_settling():
+def test_stop_request_ends_settling_within_a_tenth_of_a_second():
     stop, listener = threading.Event(), Listener()
 
     def request(event: object) -> None:
@@ -196,7 +196,7 @@ def test_stop_is_obeyed_within_a_tenth_of_a_second_of_settling():
     assert ended.monotonic_s - started.monotonic_s <= 0.1
 
 
-def test_teardown_takes_its_time_also_after_a_stop():
+def test_teardown_is_not_shortened_after_a_stop():
     stop, listener = threading.Event(), Listener()
     stop.set()
     teardown = (Settle(0.5), record("after", seconds=0.1))
@@ -204,7 +204,7 @@ def test_teardown_takes_its_time_also_after_a_stop():
     assert [event.ok for event in listener.of(StepEnded)] == [True, True]
 
 
-def test_stop_is_obeyed_between_blocks_also_where_the_device_does_not():
+def test_stop_request_ends_stream_between_blocks_even_if_device_ignores_it():
     class Stubborn(FakeTester):
         def stream(self, channels, duration_s, stop):  # noqa: ARG002
             return super().stream(channels, duration_s, threading.Event())
@@ -233,7 +233,7 @@ def test_failing_teardown_step_does_not_stop_the_next():
     assert [event.source for event in listener.of(Alarm)] == ["teardown[0]"]
 
 
-def test_first_error_is_kept_and_the_others_stand_beside_it():
+def test_summary_lists_first_error_and_what_is_not_safe():
     def refuse(call: str) -> None:
         if call in ("stream", "set load 0", "make_safe"):
             raise DeviceLostError(f"no {call}")
@@ -253,7 +253,7 @@ def test_first_error_is_kept_and_the_others_stand_beside_it():
     ]
 
 
-def test_rig_that_is_not_safe_is_no_success():
+def test_completed_run_with_unsafe_rig_is_an_error():
     def refuse(call: str) -> None:
         if call == "make_safe":
             raise DeviceLostError("cable")
@@ -264,7 +264,7 @@ def test_rig_that_is_not_safe_is_no_success():
 
 
 @pytest.mark.parametrize("ending", [KeyboardInterrupt(), StopNow(), AbortedError("stop", by="me")])
-def test_a_stop_whose_rig_is_not_safe_is_an_error(ending):
+def test_stopped_run_with_unsafe_rig_is_an_error(ending):
     def refuse(call: str) -> None:
         if call == "stream":
             raise ending
@@ -311,7 +311,7 @@ def test_guarded_sink_that_fails_does_not_stop_the_run():
     assert "dropped: ValueError: screen" in critical.of(Alarm)[0].text
 
 
-def test_no_is_an_answer():
+def test_negative_confirmation_aborts():
     listener = Listener()
     plan = plan_of(setup=[Confirm("Guards closed?", unattended=False)])
     summary = run(FakeTester(), plan, critical=[listener])
@@ -330,7 +330,7 @@ def test_unattended_run_without_answer_names_the_step(question):
     assert_safe_and_torn_down(device)
 
 
-def test_operator_answers_are_taken():
+def test_operator_answers_are_used():
     class Operator(UnattendedAnswers):
         by = "operator"
 
@@ -343,7 +343,7 @@ def test_operator_answers_are_taken():
     assert listener.of(Answer)[1].by == "operator"
 
 
-def test_an_answer_is_put_on_record_as_it_was_asked_for():
+def test_answer_is_recorded_as_its_choice():
     class Operator(UnattendedAnswers):
         def ask(self, step: str, question: Ask) -> str:  # noqa: ARG002
             return " LEFT"
@@ -365,7 +365,7 @@ def test_set_records_the_read_back():
     assert listener.of(StepEnded)[0].units == {"tester.load": "N"}
 
 
-def test_how_each_device_was_made_safe_is_on_record():
+def test_safe_read_back_of_each_device_is_recorded():
     listener = Listener()
     run(FakeTester(), critical=[listener])
     (event,) = listener.of(MadeSafe)
@@ -373,7 +373,7 @@ def test_how_each_device_was_made_safe_is_on_record():
     assert event.read_back == {"tester.load": 0.0, "tester.frequency": 0.0}
 
 
-def test_a_device_that_could_not_be_made_safe_is_on_record():
+def test_device_not_made_safe_is_recorded():
     listener = Listener()
     run(FakeTester(read_back_offset=0.5), plan_of((), (), ()), critical=[listener])
     (event,) = listener.of(MadeSafe)
@@ -381,9 +381,9 @@ def test_a_device_that_could_not_be_made_safe_is_on_record():
 
 
 class Impatient:
-    """A stop token whose Ctrl-C comes at each event, until it is told to let the run be."""
+    """A stop token with a Ctrl-C at each event, until it is asked to stop interrupting."""
 
-    is_let_be = False
+    is_quiet = False
 
     def __init__(self, *, at_the_last_moment: bool = False) -> None:
         self._late = at_the_last_moment
@@ -392,17 +392,17 @@ class Impatient:
         return False
 
     def stop_interrupting(self) -> None:
-        self.is_let_be = not self._late
+        self.is_quiet = not self._late
         if self._late:
             self._late = False
             raise StopNow
 
     def press(self, event: object) -> None:
-        if isinstance(event, (MadeSafe, RunEnded)) and not self.is_let_be:
+        if isinstance(event, (MadeSafe, RunEnded)) and not self.is_quiet:
             raise StopNow
 
 
-def test_a_last_ctrl_c_while_the_rig_is_made_safe_takes_nothing_from_the_record():
+def test_ctrl_c_while_making_safe_loses_no_event():
     device, stop = FakeTester(), Impatient()
     listener = Listener(before=stop.press)
     summary = run(device, critical=[listener], stop=stop)
@@ -410,7 +410,7 @@ def test_a_last_ctrl_c_while_the_rig_is_made_safe_takes_nothing_from_the_record(
     assert isinstance(listener.events[-1], RunEnded)
 
 
-def test_a_stop_token_that_fails_keeps_no_rig_from_being_made_safe():
+def test_failing_stop_token_does_not_prevent_making_safe():
     class Broken(Impatient):
         def stop_interrupting(self) -> None:
             raise RuntimeError("a bug of whoever made it")
@@ -422,7 +422,7 @@ def test_a_stop_token_that_fails_keeps_no_rig_from_being_made_safe():
     assert device.drives_at == STANDSTILL
 
 
-def test_a_ctrl_c_that_falls_just_before_leaves_the_rig_safe_and_is_on_record():
+def test_ctrl_c_just_before_making_safe_aborts_and_leaves_rig_safe():
     device, listener = FakeTester(), Listener()
     summary = run(device, critical=[listener], stop=Impatient(at_the_last_moment=True))
     assert (summary.outcome, summary.safe) == (Outcome.ABORTED, True)
@@ -430,7 +430,7 @@ def test_a_ctrl_c_that_falls_just_before_leaves_the_rig_safe_and_is_on_record():
     assert isinstance(listener.events[-1], RunEnded)
 
 
-def test_a_replay_that_is_out_of_step_is_an_error_and_leaves_no_rig_unsafe():
+def test_differing_replay_is_an_error_without_unsafe_rig():
     def lose(call):
         if call == "make_safe":
             raise NoRigError("the tape has no answer")
@@ -440,23 +440,23 @@ def test_a_replay_that_is_out_of_step_is_an_error_and_leaves_no_rig_unsafe():
     assert summary.reason == "tester: make safe failed: the tape has no answer"
 
 
-class BrokenOff(threading.Event):
-    """A stop token that a second Ctrl-C meets as the rig is about to be made safe."""
+class Interrupted(threading.Event):
+    """A stop token that a second Ctrl-C interrupts just before the rig is made safe."""
 
     def stop_interrupting(self):
         raise KeyboardInterrupt
 
 
-def test_an_interrupt_as_the_rig_is_about_to_be_made_safe_does_not_prevent_it():
+def test_interrupt_just_before_making_safe_does_not_prevent_it():
     device = FakeTester()
-    summary = run(device, stop=BrokenOff())
+    summary = run(device, stop=Interrupted())
     assert device.calls[-1] == "make_safe"
     assert device.drives_at == {"load": 0.0, "frequency": 0.0}
     assert summary.outcome is Outcome.ABORTED
     assert summary.safe
 
 
-def test_each_step_of_a_called_teardown_is_tried_once_whatever_fails():
+def test_called_teardown_tries_each_step_once_despite_failures():
     def fail(call):
         if call == "set frequency 0":
             raise DeviceLostError("cable")

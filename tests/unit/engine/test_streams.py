@@ -31,7 +31,7 @@ def with_value(value: float):
 
 
 def with_samples(change):
-    """Return what makes other numbers of the second block's torque."""
+    """Return a function that changes the torque of the second block."""
 
     def spoil(blocks: list[Block]) -> list[Block]:
         torque = change(blocks[1].channels["torque"])
@@ -41,7 +41,7 @@ def with_samples(change):
 
 
 def with_noise(values):
-    """Return what makes these values of the torque of all blocks."""
+    """Return a function that replaces the torque of all blocks."""
 
     def spoil(blocks: list[Block]) -> list[Block]:
         return [
@@ -100,7 +100,7 @@ def later(block: Block, seconds: float) -> Block:
          "tester: the stream gave a Block at sample 0, which is not a Block with times"),
     ],
 )  # fmt: skip
-def test_spoilt_stream_fails_the_recording_and_says_why(spoil, error, message):
+def test_invalid_stream_fails_recording_with_reason(spoil, error, message):
     summary, listener = outcome_of(spoil)
     assert summary.outcome is Outcome.ERROR
     assert type(summary.error) is error
@@ -110,14 +110,14 @@ def test_spoilt_stream_fails_the_recording_and_says_why(spoil, error, message):
 
 
 @pytest.mark.parametrize("shifts", [(0.0, 0.1, 0.0), (0.5, 0.4, 0.3), (0.0, -0.09, 0.05)])
-def test_blocks_may_be_late_if_a_later_one_is_in_time(shifts):
+def test_late_blocks_are_accepted_if_a_later_one_is_in_time(shifts):
     summary, _ = outcome_of(
         lambda blocks: [later(block, s) for block, s in zip(blocks, shifts, strict=True)]
     )
     assert summary.outcome is Outcome.COMPLETED
 
 
-def test_a_gap_counts_from_the_block_that_was_least_late():
+def test_time_gap_counts_from_least_late_block():
     summary, _ = outcome_of(
         lambda blocks: [later(block, s) for block, s in zip(blocks, (0.5, 0.45, 0.65), strict=True)]
     )
@@ -132,7 +132,7 @@ def test_a_gap_counts_from_the_block_that_was_least_late():
         (0.0, 1.0, Outcome.ERROR),
     ],
 )
-def test_two_clocks_may_disagree_by_a_thousandth_and_no_more(per_second, gap_s, outcome):
+def test_clocks_may_differ_by_one_thousandth(per_second, gap_s, outcome):
     seconds = 300
 
     def spoil(_) -> list[Block]:
@@ -148,18 +148,18 @@ def test_two_clocks_may_disagree_by_a_thousandth_and_no_more(per_second, gap_s, 
     assert ("a gap in time of" in summary.reason) is (outcome is Outcome.ERROR)
 
 
-def test_spoilt_block_is_not_handed_on():
+def test_invalid_block_is_not_emitted():
     _, listener = outcome_of(with_value(np.nan))
     assert [event.block.first_sample for event in listener.of(Samples)] == [0]
 
 
-def test_duration_that_is_no_whole_number_of_samples_may_be_rounded_down():
+def test_duration_may_be_rounded_down_to_whole_samples():
     summary, _ = outcome_of(lambda blocks: blocks, record("001", seconds=0.25049))
     assert summary.outcome is Outcome.COMPLETED
 
 
 @pytest.mark.parametrize(("missing", "outcome"), [(1, Outcome.COMPLETED), (2, Outcome.ERROR)])
-def test_a_stream_may_be_one_sample_short_and_no_more(missing, outcome):
+def test_stream_may_be_one_sample_short(missing, outcome):
     def spoil(blocks: list[Block]) -> list[Block]:
         last = {name: values[:-missing] for name, values in blocks[-1].channels.items()}
         return [*blocks[:-1], replace(blocks[-1], channels=last)]
@@ -168,7 +168,7 @@ def test_a_stream_may_be_one_sample_short_and_no_more(missing, outcome):
     assert summary.outcome is outcome
 
 
-def test_zero_beyond_the_limit_stops_the_run_and_says_by_how_much():
+def test_zero_beyond_its_limit_stops_run_and_names_value():
     action = Zero("tester", "torque", "N·m", within=0.005, duration_s=0.1)
     summary, _ = outcome_of(lambda blocks: blocks, action)
     assert isinstance(summary.error, DataError)
@@ -178,7 +178,7 @@ def test_zero_beyond_the_limit_stops_the_run_and_says_by_how_much():
     )
 
 
-def test_zero_states_how_its_mean_scatters():
+def test_zero_has_scatter_of_its_mean():
     noise = np.random.default_rng(75).normal(0, 1e-3, 100)
     action = Zero("tester", "torque", "N·m", within=0.05, duration_s=0.1)
     summary, listener = outcome_of(with_noise(noise), action)
@@ -191,7 +191,7 @@ def test_zero_states_how_its_mean_scatters():
     assert 50 <= dof <= 99
 
 
-def test_zero_of_equal_samples_states_no_scatter():
+def test_zero_of_equal_samples_has_no_scatter():
     action = Zero("tester", "torque", "N·m", within=0.05, duration_s=0.1)
     summary, listener = outcome_of(with_noise(np.full(100, 0.01)), action)
     assert summary.outcome is Outcome.COMPLETED
@@ -205,10 +205,13 @@ def test_zero_needs_samples():
     assert "tester.torque: no sample came in 0 s" in summary.reason
 
 
-@pytest.mark.parametrize("of", [np.float32, np.int16, ">f8", np.bool_])
-def test_numbers_of_other_kinds_are_handed_on_as_float64(of):
+@pytest.mark.parametrize("dtype", [np.float32, np.int16, ">f8", np.bool_])
+def test_other_number_types_become_float64(dtype):
     summary, listener = outcome_of(
-        lambda blocks: [*with_samples(lambda torque: (100 * torque).astype(of))(blocks), blocks[2]]
+        lambda blocks: [
+            *with_samples(lambda torque: (100 * torque).astype(dtype))(blocks),
+            blocks[2],
+        ]
     )
     assert summary.outcome is Outcome.COMPLETED
     dtypes = [event.block.channels["tester.torque"].dtype for event in listener.of(Samples)]
@@ -230,7 +233,7 @@ class _Endless:
 
 
 @pytest.mark.parametrize(("empty", "outcome"), [(3, Outcome.COMPLETED), (4, Outcome.ERROR)])
-def test_so_many_blocks_in_a_row_may_be_empty_and_no_more(monkeypatch, empty, outcome):
+def test_number_of_consecutive_empty_blocks_is_limited(monkeypatch, empty, outcome):
     def spoil(blocks: list[Block]) -> list[Block]:
         nothing = {name: np.zeros(0) for name in blocks[0].channels}
         return [
@@ -244,15 +247,15 @@ def test_so_many_blocks_in_a_row_may_be_empty_and_no_more(monkeypatch, empty, ou
     assert summary.outcome is outcome
 
 
-@pytest.mark.parametrize(("samples", "came"), [(100, 300), (1, 252), (0, 0)])
-def test_a_stream_that_does_not_end_is_ended(samples, came):
+@pytest.mark.parametrize(("samples", "seen"), [(100, 300), (1, 252), (0, 0)])
+def test_endless_stream_is_ended(samples, seen):
     summary, _ = outcome_of(_Endless(samples))
     assert isinstance(summary.error, DeviceRejectedError)
-    assert summary.reason.startswith(f"tester: the stream does not end: {came} samples and another")
+    assert summary.reason.startswith(f"tester: the stream does not end: {seen} samples and another")
 
 
 @pytest.mark.parametrize("rate_hz", [0.0, -5.0, math.nan, math.inf, None, "1000"])
-def test_a_sample_rate_is_a_number_above_zero(rate_hz):
+def test_sample_rate_must_be_a_positive_number(rate_hz):
     tester = FakeTester()
     tester.sample_rate_hz = rate_hz
     summary = run(tester, plan_of((), [record("001")], ()))
@@ -261,7 +264,7 @@ def test_a_sample_rate_is_a_number_above_zero(rate_hz):
 
 
 class Unhalted(FakeTester):
-    """A tester whose stream cannot be ended in order."""
+    """A tester whose stream cannot be stopped properly."""
 
     def stream(self, channels, duration_s, stop):
         try:
@@ -271,7 +274,7 @@ class Unhalted(FakeTester):
 
 
 @pytest.mark.parametrize("non_blocking", [True, False])
-def test_what_breaks_a_recording_off_is_told_first_and_an_end_that_fails_beside_it(non_blocking):
+def test_first_stream_error_is_reported_before_failure_to_end_stream(non_blocking):
     def spoil(blocks):
         return [blocks[0], blocks[2]]
 
@@ -279,7 +282,7 @@ def test_what_breaks_a_recording_off_is_told_first_and_an_end_that_fails_beside_
     tester = Unhalted(spoil=spoil, non_blocking=non_blocking)
     summary = run(tester, plan_of((), [record("001")], ()), critical=[listener])
     first = "tester: the stream has a gap: sample 200 came, 100 was due"
-    beside = "ending the stream failed too: tester: the stop was not answered"
+    second = "ending the stream failed too: tester: the stop was not answered"
     assert isinstance(summary.error, DeviceLostError)
-    assert summary.reason == f"{first}; {beside}"
-    assert listener.of(Alarm)[0].text == f"{first}; {beside}"
+    assert summary.reason == f"{first}; {second}"
+    assert listener.of(Alarm)[0].text == f"{first}; {second}"

@@ -1,4 +1,4 @@
-"""Tries, time-outs and limits of steps: what is tried again, passed over, or ends the run."""
+"""Attempts, time-outs and limits of steps: what is repeated, tolerated, or ends the run."""
 
 from __future__ import annotations
 
@@ -56,7 +56,7 @@ def steps(*actions):
     )
 
 
-def done(device, *actions, **more):
+def execute(device, *actions, **more):
     listener = Listener()
     return run(device, steps(*actions), critical=[listener], **more), listener
 
@@ -66,9 +66,9 @@ def between(low, high, marginal=0.0, **more):
     return Terms(limits=(limit,), **more)
 
 
-def test_a_failure_is_tried_again_and_put_on_record():
+def test_failed_attempt_is_recorded_and_repeated():
     fault = NthCall(0, DeviceLostError("cable"), never=("connect", "make_safe"))
-    summary, listener = done(FakeTester(before=fault), (LOAD, Terms(attempts=2)))
+    summary, listener = execute(FakeTester(before=fault), (LOAD, Terms(attempts=2)))
 
     assert (summary.outcome, summary.reason) == (Outcome.COMPLETED, "")
     assert [event.ok for event in listener.of(StepEnded)] == [False, True]
@@ -76,9 +76,9 @@ def test_a_failure_is_tried_again_and_put_on_record():
     assert [event.text for event in listener.of(Alarm)] == ["tester: cable; try 1 of 2"]
 
 
-def test_each_try_of_a_recording_is_a_recording_of_its_own():
+def test_each_attempt_of_a_recording_has_its_own_name():
     fault = NthCall(2, DeviceTimeoutError("late"), never=("connect", "make_safe"))
-    summary, listener = done(FakeTester(before=fault), (record("001"), Terms(attempts=3)))
+    summary, listener = execute(FakeTester(before=fault), (record("001"), Terms(attempts=3)))
 
     assert summary.outcome is Outcome.COMPLETED
     assert [(event.recording, event.ok) for event in listener.of(StepEnded)] == [
@@ -87,21 +87,21 @@ def test_each_try_of_a_recording_is_a_recording_of_its_own():
     ]
 
 
-def test_the_last_failure_ends_the_run():
+def test_last_failed_attempt_ends_run():
     def refuse(call):
         if call.startswith("read"):
             raise DeviceTimeoutError("late")
 
-    summary, listener = done(FakeTester(before=refuse), (LOAD, Terms(attempts=3)), LOAD)
+    summary, listener = execute(FakeTester(before=refuse), (LOAD, Terms(attempts=3)), LOAD)
 
     assert (summary.outcome, summary.reason) == (Outcome.ERROR, "tester: late")
     assert [event.ok for event in listener.of(StepEnded)] == [False] * 3
     assert len(listener.of(Alarm)) == 3
 
 
-def test_the_run_goes_on_where_the_procedure_says_so_and_says_so_itself():
+def test_run_continues_after_failure_if_step_allows_it():
     fault = NthCall(0, DeviceLostError("cable"), never=("connect", "make_safe"))
-    summary, listener = done(FakeTester(before=fault), (LOAD, Terms(continues=True)), LOAD)
+    summary, listener = execute(FakeTester(before=fault), (LOAD, Terms(continues=True)), LOAD)
 
     assert (summary.outcome, summary.error) == (Outcome.COMPLETED, None)
     assert summary.passed_over == ("main[0]: tester: cable",)
@@ -111,7 +111,7 @@ def test_the_run_goes_on_where_the_procedure_says_so_and_says_so_itself():
 
 
 @pytest.mark.parametrize("terms", [Terms(attempts=2), Terms(continues=True)])
-def test_a_failure_after_which_the_run_goes_on_is_kept_with_its_traceback(terms):
+def test_traceback_of_tolerated_failure_is_kept(terms):
     fault = NthCall(0, DeviceLostError("cable"), never=("connect", "make_safe"))
     clock, traced = SimulatedClock(), []
     rig = Rig({"tester": FakeTester(before=fault)}, clock)
@@ -123,9 +123,9 @@ def test_a_failure_after_which_the_run_goes_on_is_kept_with_its_traceback(terms)
 
 
 @pytest.mark.parametrize("error", [KeyboardInterrupt(), ZeroDivisionError("bug")])
-def test_neither_a_person_nor_a_bug_is_tried_again(error):
+def test_interrupts_and_bugs_are_not_retried(error):
     fault = NthCall(0, error, never=("connect", "make_safe"))
-    summary, listener = done(
+    summary, listener = execute(
         FakeTester(before=fault), (LOAD, Terms(attempts=5, continues=True)), LOAD
     )
 
@@ -133,7 +133,7 @@ def test_neither_a_person_nor_a_bug_is_tried_again(error):
     assert [event.ok for event in listener.of(StepEnded)] == [False]
 
 
-def test_a_stop_is_no_failure_that_is_passed_over():
+def test_stop_request_is_not_a_tolerated_failure():
     stop = threading.Event()
 
     def request(call):
@@ -141,13 +141,15 @@ def test_a_stop_is_no_failure_that_is_passed_over():
             stop.set()
 
     device = FakeTester(before=request)
-    summary, _ = done(device, (record("001"), Terms(attempts=5, continues=True)), LOAD, stop=stop)
+    summary, _ = execute(
+        device, (record("001"), Terms(attempts=5, continues=True)), LOAD, stop=stop
+    )
 
     assert (summary.outcome, summary.reason) == (Outcome.ABORTED, "stopped on request")
 
 
 @pytest.mark.parametrize("terms", [Terms(attempts=3), Terms(continues=True)])
-def test_samples_that_cannot_be_kept_end_the_run_whatever_the_step_allows(terms):
+def test_unwritable_samples_end_run_whatever_the_terms(terms):
     full = DataError("cannot write 000001.samples: No space left on device")
 
     def keep(event):
@@ -175,7 +177,7 @@ def test_samples_that_cannot_be_kept_end_the_run_whatever_the_step_allows(terms)
         (KeyboardInterrupt(), False),
     ],
 )
-def test_a_run_that_a_lost_device_ended_may_be_resumed(error, resumable):
+def test_only_runs_ended_by_lost_devices_are_resumable(error, resumable):
     def refuse(call):
         if call.startswith("read"):
             raise error
@@ -186,7 +188,7 @@ def test_a_run_that_a_lost_device_ended_may_be_resumed(error, resumable):
     assert [event.resumable for event in sink.of(RunEnded)] == [resumable]
 
 
-def test_a_run_that_a_device_refused_is_not_one_to_go_on_with_though_it_is_not_kept_either():
+def test_refused_run_is_not_resumable_even_if_writing_fails_too():
     def refuse(call):
         if call.startswith("read"):
             raise DeviceRejectedError("late")
@@ -202,7 +204,7 @@ def test_a_run_that_a_device_refused_is_not_one_to_go_on_with_though_it_is_not_k
     assert [event.resumable for event in sink.of(RunEnded)] == [False]
 
 
-def test_a_critical_sink_that_fails_is_not_passed_over():
+def test_failing_critical_sink_is_not_tolerated():
     broken = NthCall(3, OSError("disk full"))
     summary = run(
         FakeTester(), steps((LOAD, Terms(attempts=3, continues=True)), LOAD), critical=[broken]
@@ -212,8 +214,8 @@ def test_a_critical_sink_that_fails_is_not_passed_over():
     assert "disk full" in summary.reason
 
 
-def test_a_step_that_takes_too_long_has_failed():
-    summary, listener = done(FakeTester(), (Wait(5.0), Terms(timeout_s=2.0)))
+def test_step_exceeding_its_timeout_fails():
+    summary, listener = execute(FakeTester(), (Wait(5.0), Terms(timeout_s=2.0)))
 
     assert summary.outcome is Outcome.ERROR
     assert type(summary.error) is DeviceTimeoutError
@@ -222,7 +224,7 @@ def test_a_step_that_takes_too_long_has_failed():
     assert 2.0 <= ended.monotonic_s - began.monotonic_s <= 2.2
 
 
-def test_a_set_that_comes_late_has_failed_though_it_came():
+def test_late_set_fails_although_it_succeeded():
     clock = SimulatedClock()
 
     def dawdle(call):
@@ -230,12 +232,12 @@ def test_a_set_that_comes_late_has_failed_though_it_came():
             clock.sleep(3.0)
 
     action = (SetDrive("tester", "load", 5.0, "N"), Terms(timeout_s=2.0))
-    summary, _ = done(FakeTester(before=dawdle), action, clock=clock)
+    summary, _ = execute(FakeTester(before=dawdle), action, clock=clock)
 
     assert "the step is not done within 2 s" in summary.reason
 
 
-def test_a_time_out_replaces_the_patience_with_a_device_that_hangs():
+def test_timeout_of_step_applies_to_hanging_device():
     hang = threading.Event()
 
     def hanging(call):
@@ -243,7 +245,7 @@ def test_a_time_out_replaces_the_patience_with_a_device_that_hangs():
             hang.wait(10)
 
     action = (SetDrive("tester", "load", 5.0, "N"), Terms(timeout_s=0.1))
-    summary, _ = done(FakeTester(before=hanging, non_blocking=False), action)
+    summary, _ = execute(FakeTester(before=hanging, non_blocking=False), action)
     hang.set()
 
     assert type(summary.error) is DeviceTimeoutError
@@ -259,9 +261,9 @@ def test_a_time_out_replaces_the_patience_with_a_device_that_hangs():
         (between("1001 N", "2000 N"), "tester.load is 1000 N (limit: 1001 N or more)"),
     ],
 )
-def test_a_value_out_of_limits_is_kept_and_stops_the_run(terms, reason):
+def test_value_out_of_limits_is_kept_and_stops_run(terms, reason):
     device = FakeTester()
-    summary, listener = done(device, (LOAD, terms), SetDrive("tester", "load", 7.0, "N"))
+    summary, listener = execute(device, (LOAD, terms), SetDrive("tester", "load", 7.0, "N"))
 
     assert (summary.reason, summary.error) == (reason, None)
     assert summary.outcome is (Outcome.STOPPED_AT_LIMIT if reason else Outcome.COMPLETED)
@@ -275,18 +277,18 @@ def test_a_value_out_of_limits_is_kept_and_stops_the_run(terms, reason):
     assert [decision.passes for decision in row.decisions] == [not reason]
 
 
-def test_a_value_is_on_record_before_its_judgement():
-    _, listener = done(FakeTester(), (LOAD, between("0 N", "5 N")))
+def test_value_is_recorded_before_it_is_judged():
+    _, listener = execute(FakeTester(), (LOAD, between("0 N", "5 N")))
     order = [
         type(event) for event in listener.events if isinstance(event, (StepEnded, Note, RunEnded))
     ]
     assert order[:2] == [StepEnded, LimitMissed]
 
 
-def test_a_run_goes_on_after_a_value_out_of_limits_where_the_step_says_so():
+def test_run_continues_after_value_out_of_limits_if_step_allows_it():
     device = FakeTester()
     continues = between("0 N", "5 N", continues=True, stops_at_limit=False)
-    summary, listener = done(device, (LOAD, continues), SetDrive("tester", "load", 7.0, "N"))
+    summary, listener = execute(device, (LOAD, continues), SetDrive("tester", "load", 7.0, "N"))
 
     assert (summary.outcome, summary.reason) == (Outcome.COMPLETED, "")
     assert summary.passed_over == ()
@@ -294,26 +296,26 @@ def test_a_run_goes_on_after_a_value_out_of_limits_where_the_step_says_so():
     assert len(listener.of(LimitMissed)) == 1
 
 
-def test_a_value_out_of_limits_is_not_read_again():
+def test_value_out_of_limits_is_not_read_again():
     device = FakeTester()
-    summary, listener = done(device, (LOAD, between("0 N", "5 N", attempts=3)))
+    summary, listener = execute(device, (LOAD, between("0 N", "5 N", attempts=3)))
 
     assert summary.outcome is Outcome.STOPPED_AT_LIMIT
     assert len(listener.of(StepStarted)) == 1
     assert len(measured(listener.events).rows) == 1
 
 
-def test_a_device_error_in_the_same_run_goes_before_a_missed_limit():
+def test_device_error_outranks_missed_limit():
     fault = NthCall(1, DeviceLostError("cable"), never=("connect", "make_safe"))
     continues = between("0 N", "5 N", stops_at_limit=False)
-    summary, listener = done(
+    summary, listener = execute(
         FakeTester(before=fault), (LOAD, continues), SetDrive("tester", "load", 7.0, "N")
     )
     assert summary.outcome is Outcome.ERROR
     assert len(measured(listener.events).rows) == 1
 
 
-def test_a_stop_at_a_limit_does_the_teardown_and_a_limit_there_stops_nothing():
+def test_missed_limit_in_teardown_does_not_stop_it():
     last = SetDrive("tester", "load", 7.0, "N")
     stops = between("0 N", "5 N")
     plan = Plan(
@@ -352,35 +354,35 @@ def test_a_stop_at_a_limit_does_the_teardown_and_a_limit_there_stops_nothing():
         ),
     ],
 )
-def test_a_marginal_value_is_put_on_record_and_passes(terms, note):
-    summary, listener = done(FakeTester(), (LOAD, terms))
+def test_marginal_value_is_noted_and_passes(terms, note):
+    summary, listener = execute(FakeTester(), (LOAD, terms))
 
     assert (summary.outcome, summary.reason) == (Outcome.COMPLETED, "")
     assert [event.text for event in listener.of(Note)] == ([note] if note else [])
 
 
-def test_limits_of_temperature_are_told_in_the_unit_of_the_limit():
+def test_temperature_is_shown_in_unit_of_its_limit():
     limit = ValueLimit.between("tester.load", None, parse_quantity("26 °C"))
-    _, listener = done(FakeTester(), (LOAD, Terms(limits=(limit,))))
+    _, listener = execute(FakeTester(), (LOAD, Terms(limits=(limit,))))
 
     assert listener.of(LimitMissed)[0].text == "tester.load is 726.9 °C (limit: 26 °C or less)"
 
 
-def test_all_values_beyond_limits_are_told():
+def test_every_value_out_of_limits_is_reported():
     limits = tuple(
         ValueLimit(f"tester.{name}", maximum=0.0, unit="N") for name in ("load", "torque")
     )
     channels = (Member("tester", "load"), Member("tester", "torque"))
     action = Measure("table", channels, 0.0, {}, dict.fromkeys(channels, "N"))
-    summary, _ = done(FakeTester(), (action, Terms(limits=limits)))
+    summary, _ = execute(FakeTester(), (action, Terms(limits=limits)))
 
     assert summary.reason == (
         "tester.load is 1000 N (limit: 0 N or less); tester.torque is 1000 N (limit: 0 N or less)"
     )
 
 
-def test_a_recording_whose_conditions_are_out_of_limits_is_whole_and_fails():
-    summary, listener = done(FakeTester(), (record("001"), between("0 N", "5 N")))
+def test_recording_with_conditions_out_of_limits_is_complete_and_fails():
+    summary, listener = execute(FakeTester(), (record("001"), between("0 N", "5 N")))
 
     assert summary.outcome is Outcome.STOPPED_AT_LIMIT
     assert (listener.of(StepEnded)[0].recording, listener.of(StepEnded)[0].ok) == ("001", True)
@@ -388,10 +390,10 @@ def test_a_recording_whose_conditions_are_out_of_limits_is_whole_and_fails():
     assert (row.name, row.recording, row.values) == ("recorded", "001", {"tester.load": 1000.0})
 
 
-def test_a_zero_has_limits_beside_what_it_may_be():
+def test_zero_can_have_limits():
     limit = ValueLimit("tester.torque", maximum=-0.02, unit="mN·m")
     action = Zero("tester", "torque", "N·m", 0.05, 0.2)
-    summary, listener = done(FakeTester(), (action, Terms(limits=(limit,))))
+    summary, listener = execute(FakeTester(), (action, Terms(limits=(limit,))))
 
     assert summary.reason.startswith("tester.torque is -9.9")
     assert summary.outcome is Outcome.STOPPED_AT_LIMIT
@@ -400,26 +402,26 @@ def test_a_zero_has_limits_beside_what_it_may_be():
     assert row.units == {"tester.torque": "N·m"}
 
 
-def test_single_values_are_a_row_of_a_table():
-    _, listener = done(FakeTester(), LOAD)
+def test_single_values_form_a_table_row():
+    _, listener = execute(FakeTester(), LOAD)
     (ended,) = listener.of(StepEnded)
 
     assert (ended.measurement, ended.setpoints) == ("table", {"tester.load": 5.0})
     assert (ended.values, ended.units) == ({"tester.load": 1000.0}, {"tester.load": "N"})
 
 
-def test_an_average_is_over_all_samples_of_the_stream():
+def test_average_covers_all_samples_of_stream():
     device = FakeTester()
-    _, listener = done(device, MEAN)
+    _, listener = execute(device, MEAN)
     expected = sum(-0.01 + 1e-6 * n for n in range(200)) / 200
 
     assert listener.of(StepEnded)[0].values == {"tester.torque": pytest.approx(expected)}
     assert "stream" in device.calls
 
 
-def test_an_average_of_a_device_that_is_read_takes_several_readings():
+def test_average_without_stream_takes_several_readings():
     device = FakeTester()
-    _, listener = done(device, READ_MEAN)
+    _, listener = execute(device, READ_MEAN)
     began, ended = listener.of(StepStarted)[0], listener.of(StepEnded)[0]
 
     assert device.calls.count("read load") == 5
@@ -427,13 +429,13 @@ def test_an_average_of_a_device_that_is_read_takes_several_readings():
     assert ended.values == {"tester.load": 1000.0}
 
 
-def test_a_ramp_goes_in_small_even_steps_and_ends_on_time():
+def test_ramp_takes_even_steps_and_ends_on_time():
     device, clock = FakeTester(), SimulatedClock()
     times = []
     device.before = lambda call: (
         times.append(clock.monotonic_s()) if call.startswith("set") else None
     )
-    summary, listener = done(device, Ramp("tester", "load", 100.0, 200.0, "N", 2.0), clock=clock)
+    summary, listener = execute(device, Ramp("tester", "load", 100.0, 200.0, "N", 2.0), clock=clock)
     values = [float(call.split()[2]) for call in device.calls if call.startswith("set load")]
 
     assert summary.outcome is Outcome.COMPLETED
@@ -444,14 +446,14 @@ def test_a_ramp_goes_in_small_even_steps_and_ends_on_time():
     assert ended.monotonic_s == pytest.approx(2.0)
 
 
-def test_a_long_ramp_is_a_bounded_number_of_steps():
+def test_long_ramp_has_limited_number_of_steps():
     device = FakeTester()
-    done(device, Ramp("tester", "load", 0.0, 100.0, "N", 3600.0))
+    execute(device, Ramp("tester", "load", 0.0, 100.0, "N", 3600.0))
 
     assert sum(call.startswith("set load") for call in device.calls) == 1001
 
 
-def test_a_ramp_is_interrupted_when_the_run_is_to_stop():
+def test_stop_request_interrupts_ramp():
     stop, device = threading.Event(), FakeTester()
 
     def request(call):
@@ -459,14 +461,14 @@ def test_a_ramp_is_interrupted_when_the_run_is_to_stop():
             stop.set()
 
     device.before = request
-    summary, _ = done(device, Ramp("tester", "load", 0.0, 10.0, "N", 10.0), stop=stop)
+    summary, _ = execute(device, Ramp("tester", "load", 0.0, 10.0, "N", 10.0), stop=stop)
 
     assert summary.outcome is Outcome.ABORTED
     assert max(float(c.split()[2]) for c in device.calls if c.startswith("set load")) < 1.2
 
 
-def test_a_ramp_is_interrupted_though_its_drive_takes_longer_than_it_may():
-    """Nothing is waited for between two set-points then, and a wait would look as well."""
+def test_stop_request_interrupts_ramp_of_slow_drive():
+    """There is then no wait between two set-points, which would notice the stop."""
     clock, stop = SimulatedClock(), threading.Event()
 
     def slow(call):
@@ -477,7 +479,7 @@ def test_a_ramp_is_interrupted_though_its_drive_takes_longer_than_it_may():
 
     device = FakeTester(before=slow)
     ramp = Ramp("tester", "load", 0.0, 10.0, "N", 1.0)
-    summary, _ = done(device, ramp, stop=stop, clock=clock)
+    summary, _ = execute(device, ramp, stop=stop, clock=clock)
     assert summary.outcome is Outcome.ABORTED
     assert "set load 3" not in device.calls
 
@@ -502,7 +504,7 @@ class Room:
         return dict.fromkeys(channels, 296.0)
 
 
-def test_channels_of_two_devices_are_measured_together_in_their_order():
+def test_channels_of_two_devices_are_measured_in_requested_order():
     channels = (Member("room", "room"), Member("tester", "load"))
     action = Measure("table", channels, 0.0, {}, {"room.room": "K", "tester.load": "N"})
     listener, clock = Listener(), SimulatedClock()
@@ -514,7 +516,7 @@ def test_channels_of_two_devices_are_measured_together_in_their_order():
     assert list(ended.values.items()) == [("room.room", 296.0), ("tester.load", 1000.0)]
 
 
-def test_a_ramp_that_takes_no_time_goes_to_its_end_at_once():
+def test_ramp_of_zero_duration_goes_to_its_end():
     device = FakeTester()
-    done(device, Ramp("tester", "load", 0.0, 10.0, "N", 0.0))
+    execute(device, Ramp("tester", "load", 0.0, 10.0, "N", 0.0))
     assert [c for c in device.calls if c.startswith("set load")] == ["set load 0", "set load 10"]

@@ -93,6 +93,7 @@ def test_other_work_is_refused(tmp_path):
         '{"of": {}}\n7\n',
         '{}\n["a", 1]\n',
         '{"of": 3}\n',
+        '{"format": "rigrunner: done/2", "of": {}}\n',
         "a,b\n1,2",
         "a,b",
     ],

@@ -7,6 +7,7 @@ import os
 import re
 import subprocess
 import sys
+import tomllib
 from pathlib import Path
 
 import pytest
@@ -33,7 +34,7 @@ def turns(bar: float) -> int:
 def never_called() -> int:
     return 7
 '''
-TOLD = re.compile(r"^\d+ src/toy.py:\d+ [a-z/ ]+: (.*)\n    (.*)$", re.MULTILINE)
+VERDICT = re.compile(r"^\d+ src/toy.py:\d+ [a-z/ ]+: (.*)\n    (.*)$", re.MULTILINE)
 TESTS = """\
 import toy
 
@@ -56,12 +57,12 @@ def project(tmp_path):
     return tmp_path
 
 
-def tried(project, *options):
+def run_tool(project, *options):
     command = [sys.executable, "-m", "tests.mutation", "--root", project, "--packages", "src"]
     command += ["--sources", "src/toy.py", "--tests", "test_toy.py", "--more", "1", "--verbose"]
     command += ["--equivalent", project / "equivalent.toml", *options]
-    done = subprocess.run(command, cwd=REPOSITORY, capture_output=True, text=True, check=False)
-    return done.returncode, done.stdout + done.stderr
+    process = subprocess.run(command, cwd=REPOSITORY, capture_output=True, text=True, check=False)
+    return process.returncode, process.stdout + process.stderr
 
 
 @pytest.mark.thorough
@@ -79,9 +80,9 @@ change = "never_called: 7 -> 8"
 why = "nobody calls it"
 """
     (project / "equivalent.toml").write_text(equivalent, encoding="utf-8")
-    code, said = tried(project, "--only", *["1", "2", "3", "4", "8", "12", "13"])
-    found = {name: outcome for outcome, name in TOLD.findall(said)}
-    assert found == {
+    code, output = run_tool(project, "--only", *["1", "2", "3", "4", "8", "12", "13"])
+    outcomes = {name: outcome for outcome, name in VERDICT.findall(output)}
+    assert outcomes == {
         "is_open: bar >= OPENS_AT_BAR -> bar > OPENS_AT_BAR": "survived (1 tests)",
         "is_open: bar >= OPENS_AT_BAR -> bar < OPENS_AT_BAR": "killed (test_toy.py::test_it_opens)",
         "module: 3.0 -> 300.0": "killed (test_toy.py::test_it_opens)",
@@ -90,10 +91,10 @@ why = "nobody calls it"
         "never_called: 7 -> 8": "equivalent: nobody calls it",
         "never_called: return 7 -> return None": "no test runs it (0 tests)",
     }
-    assert "score 66.7%: 4 of 6 noticed, 2 not" in said
+    assert "score 66.7%: 4 of 6 noticed, 2 not" in output
     assert code == 1
     assert (project / "src" / "toy.py").read_text(encoding="utf-8") == TOY
-    assert sorted(each.name for each in project.iterdir()) == [
+    assert sorted(path.name for path in project.iterdir()) == [
         "equivalent.toml", "src", "test_toy.py"
     ]  # fmt: skip
 
@@ -103,6 +104,13 @@ def test_a_seed_gives_the_same_mutants_and_another_one_others(project):
     chosen = [sample(project, [source], 5, seed) for seed in (18, 18, 19)]
     assert chosen[0] == chosen[1] != chosen[2]
     assert len(set(chosen[0])) == 5
+
+
+def test_every_listed_equivalent_mutant_exists():
+    text = (REPOSITORY / "tests/mutation/equivalent.toml").read_text(encoding="utf-8")
+    for entry in tomllib.loads(text)["mutant"]:
+        mutants = mutants_of(REPOSITORY, REPOSITORY / entry["file"])
+        assert entry["change"] in {mutant.change for mutant in mutants}, entry
 
 
 def test_what_decides_nothing_is_left_alone(project):
@@ -144,8 +152,8 @@ def test_alone():
     assert toy.is_open(3.0)
 """
     (project / "test_toy.py").write_text(shared, encoding="utf-8")
-    tried(project, "--mutants", "1", "--keep", project / "kept.json")
-    kept = json.loads((project / "kept.json").read_text(encoding="utf-8"))
-    seconds = {name.partition("::")[2]: taken for name, taken, _ in kept["tests"]}
+    run_tool(project, "--mutants", "1", "--keep", project / "kept.json")
+    record = json.loads((project / "kept.json").read_text(encoding="utf-8"))
+    seconds = {name.partition("::")[2]: test_seconds for name, test_seconds, _ in record["tests"]}
     assert min(seconds["test_first"], seconds["test_second"]) >= 0.3
     assert set(seconds) == {"test_first", "test_second", "test_alone"}

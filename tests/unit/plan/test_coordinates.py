@@ -74,10 +74,10 @@ def test_a_called_procedure_inherits_labels(tmp_path):
 # the step, where the finger points, field, message, hint
 CASES = [
     ("group: {steps: [{wait: {time: 1 s, label: {x: 60 s}}}, {wait: {time: 1 s, label: {x: a}}}]}",
-     "a}}}", "main[2].group.steps[1].wait.label.x", "the kind of 'x' is text here and time at p.yaml:",
+     "a}}}", "main[2].group.steps[1].wait.label.x", "of 'x' is text here and time at p.yaml",
      "two names"),
     ("repeat: {times: 2, as: x, steps: [{wait: {time: 1 s, label: {x: 1}}}]}",
-     "1}}}", "main[2].repeat.steps[0].wait.label.x", "the kind of 'x' is number here and counter at",
+     "1}}}", "main[2].repeat.steps[0].wait.label.x", "of 'x' is number here and counter at",
      "two names"),
     ("repeat: {times: 2, as: b, steps: [{repeat: {times: 2, as: b, steps: [{note: {text: x}}]}}]}",
      "b, steps: [{note", "main[2].repeat.steps[0].repeat.as",

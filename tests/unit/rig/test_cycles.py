@@ -22,11 +22,11 @@ def set_to(count, clock, frequency_hz, takes_s=0.0, role="tester"):
     count.stand(role, frequency_hz)
 
 
-def test_nothing_counts_that_never_moved(count):
+def test_no_cycles_before_first_motion(count):
     assert count.done() == {}
 
 
-def test_a_frequency_counts_for_as_long_as_it_stands(count, clock):
+def test_cycles_are_frequency_times_duration(count, clock):
     set_to(count, clock, 10.0)
     clock.sleep(50.0)
     assert count.done() == {"tester": 500.0}
@@ -35,7 +35,7 @@ def test_a_frequency_counts_for_as_long_as_it_stands(count, clock):
     assert count.done() == {"tester": 510.0}
 
 
-def test_the_way_counts_by_the_mean_of_both_frequencies(count, clock):
+def test_change_of_frequency_counts_with_mean_of_both(count, clock):
     set_to(count, clock, 10.0, takes_s=1.0)
     assert count.done() == {"tester": 5.0}
     set_to(count, clock, 0.0, takes_s=2.0)
@@ -43,7 +43,7 @@ def test_the_way_counts_by_the_mean_of_both_frequencies(count, clock):
     assert count.done() == {"tester": 15.0}
 
 
-def test_nothing_counts_while_it_is_paused(count, clock):
+def test_no_cycles_during_pause(count, clock):
     set_to(count, clock, 10.0)
     clock.sleep(1.0)
     count.pause("tester")
@@ -53,7 +53,7 @@ def test_nothing_counts_while_it_is_paused(count, clock):
     assert count.done() == {"tester": 20.0}
 
 
-def test_at_rest_nothing_counts(count, clock):
+def test_no_cycles_after_stop(count, clock):
     set_to(count, clock, 10.0)
     clock.sleep(1.0)
     count.stop()
@@ -61,7 +61,7 @@ def test_at_rest_nothing_counts(count, clock):
     assert count.done() == {"tester": 10.0}
 
 
-def test_it_counts_on_from_a_number_and_each_role_by_itself(count, clock):
+def test_count_continues_from_number_for_each_role(count, clock):
     set_to(count, clock, 10.0)
     set_to(count, clock, 1.0, role="other")
     clock.sleep(3.0)
@@ -70,7 +70,7 @@ def test_it_counts_on_from_a_number_and_each_role_by_itself(count, clock):
     assert count.done() == {"tester": 1010.0, "other": 1.0}
 
 
-def test_a_number_holds_before_the_role_moves(count, clock):
+def test_initial_number_is_kept_until_role_moves(count, clock):
     count.start_from({"tester": 1000.0})
     clock.sleep(10.0)
     set_to(count, clock, 10.0)

@@ -1,4 +1,4 @@
-"""How long a drive that is on its way is waited for."""
+"""Waiting for a drive until it has arrived or its time is over."""
 
 from __future__ import annotations
 
@@ -25,24 +25,24 @@ class CoarseClock:
 
 
 class Stuck:
-    """A drive that takes a set-point and stays where it is."""
+    """A drive that takes a set-point and never arrives, or at a given time."""
 
     def __init__(self, clock, arrives_at_s=float("inf")):
         self.clock, self.arrives_at_s = clock, arrives_at_s
-        self.looked_at_s = []
+        self.polled_at_s = []
 
     def begin(self, drive, value):
         pass
 
     def arrived(self, drive):  # noqa: ARG002  (of one drive)
-        self.looked_at_s.append(self.clock.now_s)
+        self.polled_at_s.append(self.clock.now_s)
         return self.clock.now_s >= self.arrives_at_s
 
     def read_back(self, drive):  # noqa: ARG002  (of one drive)
         return 500.0
 
 
-def approached(drive, limit_s):
+def approach_load(drive, limit_s):
     def call(_what, function):
         return function()
 
@@ -58,20 +58,20 @@ def approached(drive, limit_s):
     )
 
 
-def test_a_drive_that_stays_is_given_up_when_its_time_is_over():
+def test_stuck_drive_times_out():
     drive = Stuck(CoarseClock())
     with pytest.raises(DeviceTimeoutError, match="load reads back 500 N after 2 s, set to 1000 N"):
-        approached(drive, limit_s=2.0)
-    assert drive.looked_at_s == [0.0, 1.0, 2.0]
+        approach_load(drive, limit_s=2.0)
+    assert drive.polled_at_s == [0.0, 1.0, 2.0]
 
 
-def test_a_drive_that_arrives_at_the_last_moment_has_arrived():
+def test_drive_may_arrive_at_the_time_limit():
     drive = Stuck(CoarseClock(), arrives_at_s=2.0)
-    approached(drive, limit_s=2.0)
-    assert drive.looked_at_s == [0.0, 1.0, 2.0]
+    approach_load(drive, limit_s=2.0)
+    assert drive.polled_at_s == [0.0, 1.0, 2.0]
 
 
-@pytest.mark.parametrize(("actual", "there"), [(100.5, True), (99.5, True), (100.625, False)])
-def test_a_drive_stands_at_a_value_that_it_is_off_by_the_whole_tolerance(actual, there):
+@pytest.mark.parametrize(("actual", "expected"), [(100.5, True), (99.5, True), (100.625, False)])
+def test_deviation_of_exactly_the_tolerance_agrees(actual, expected):
     load = DriveInfo("load", "N", "Load", 0.0, 1000.0, tolerance=0.5)
-    assert agrees(load, actual, 100.0) is there
+    assert agrees(load, actual, 100.0) is expected

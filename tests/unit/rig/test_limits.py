@@ -1,4 +1,4 @@
-"""What the station allows of its drives, at the moment of setting; and standing still."""
+"""Limits of a station for its drives when they are set; and pausing."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ def rig_of(device, **rules):
     return rig
 
 
-def test_a_narrower_range_never_lets_the_set_point_through():
+def test_set_point_out_of_narrower_range_never_reaches_device():
     device = FakeTester()
     rig = rig_of(device, drives={"tester.load": DriveLimits(max="500 N")})
     with pytest.raises(DeviceRejectedError, match=r"load: 600 N is out of range .*0 to 500 N"):
@@ -51,7 +51,7 @@ def test_a_narrower_range_never_lets_the_set_point_through():
         (2001.0, 0.0, False),
     ],
 )
-def test_drives_may_go_together_up_to_one_of_the_corners(load, frequency, allowed):
+def test_drives_may_be_combined_up_to_one_of_the_corners(load, frequency, allowed):
     device = FakeTester(drives_at={"load": 0.0, "frequency": 0.0})
     rig = rig_of(device, combinations=(PAIR,))
     corner = "tester.load up to 1 kN with tester.frequency up to 35 Hz"
@@ -61,13 +61,13 @@ def test_drives_may_go_together_up_to_one_of_the_corners(load, frequency, allowe
     assert (device.drives_at["frequency"] == frequency) is (allowed or frequency == 0.0)
 
 
-def test_a_drive_that_nobody_has_set_counts_as_it_reads_back():
+def test_unset_drive_counts_with_its_read_back():
     device = FakeTester(drives_at={"load": 1900.0, "frequency": 0.0})
     with pytest.raises(DeviceRejectedError, match=r"tester\.load at 1900"):
         rig_of(device, combinations=(PAIR,)).set("tester", "frequency", 10.0)
 
 
-def test_small_set_points_are_told_in_a_smaller_unit():
+def test_small_set_points_are_shown_in_smaller_unit():
     tiny = {"stage.x": parse_quantity("500 nm"), "stage.y": parse_quantity("200 nm")}
     info = DriveInfo("x", "m", "X", minimum=0.0, maximum=1e-6, rate_per_s=None)
     rules = DriveRules(combinations=(Combination(allowed=(tiny,)),))
@@ -76,7 +76,7 @@ def test_small_set_points_are_told_in_a_smaller_unit():
         rules.check(Member("stage", "x"), info, 6e-7, lambda _: 3e-7)
 
 
-def test_a_drive_that_cannot_be_read_back_lets_no_other_one_move():
+def test_unreadable_drive_blocks_drives_combined_with_it():
     def lost(call):
         if call == "read_back load":
             raise DeviceLostError("cable")
@@ -87,8 +87,8 @@ def test_a_drive_that_cannot_be_read_back_lets_no_other_one_move():
     assert "set frequency 1" not in device.calls
 
 
-def test_a_drive_whose_setting_failed_counts_as_it_reads_back():
-    """It may have moved all the same: its last set-point says nothing of where it stands."""
+def test_drive_after_failed_set_counts_with_its_read_back():
+    """It may have moved all the same, so its last set-point is not its position."""
 
     def late(call):
         if call == "read_back load" and device.drives_at["load"] == 1900.0 and not answered:
@@ -106,16 +106,16 @@ def test_a_drive_whose_setting_failed_counts_as_it_reads_back():
     assert device.drives_at["frequency"] == 0.0
 
 
-@pytest.mark.parametrize(("off", "agrees"), [(0.5, True), (-0.5, True), (0.625, False)])
-def test_a_read_back_may_be_off_by_the_whole_tolerance(off, agrees):
+@pytest.mark.parametrize(("offset", "agrees"), [(0.5, True), (-0.5, True), (0.625, False)])
+def test_read_back_may_deviate_by_whole_tolerance(offset, agrees):
     drive = DriveInfo("load", "N", "radial load", 0.0, 3000.0, tolerance=0.5)
-    rig = rig_of(FakeTester(drives=(drive,), read_back_offset=off))
-    refused = pytest.raises(DeviceRejectedError, match="load was set to 10 N but reads back")
-    with nullcontext() if agrees else refused:
-        assert rig.set("tester", "load", 10.0) == 10.0 + off
+    rig = rig_of(FakeTester(drives=(drive,), read_back_offset=offset))
+    raises = pytest.raises(DeviceRejectedError, match="load was set to 10 N but reads back")
+    with nullcontext() if agrees else raises:
+        assert rig.set("tester", "load", 10.0) == 10.0 + offset
 
 
-def test_a_slower_rate_is_known_and_a_faster_one_is_the_devices():
+def test_rate_of_station_applies_only_if_slower_than_device():
     rig = rig_of(FakeTester(), drives={"tester.load": DriveLimits(rate="100 N/s")})
     assert rig.led_rate_per_s("tester", "load") == 100.0
     assert rig.led_rate_per_s("tester", "frequency") is None
@@ -123,9 +123,9 @@ def test_a_slower_rate_is_known_and_a_faster_one_is_the_devices():
     assert faster.led_rate_per_s("tester", "load") is None
 
 
-def test_what_stands_still_goes_on_and_what_cannot_says_where_it_stays():
-    patient, other = Patient(), FakeTester()
-    rig = Rig({"tester": patient, "press": other}, SimulatedClock())
+def test_pause_stops_drives_and_reports_devices_that_cannot_pause():
+    patient, press = Patient(), FakeTester()
+    rig = Rig({"tester": patient, "press": press}, SimulatedClock())
     rig.connect()
     rig.set("tester", "frequency", 20.0)
     rig.set("press", "load", 500.0)
@@ -135,7 +135,7 @@ def test_what_stands_still_goes_on_and_what_cannot_says_where_it_stays():
     assert patient.drives_at["frequency"] == 20.0
 
 
-def test_what_was_made_safe_is_not_gone_on_with():
+def test_resume_after_make_safe_moves_nothing():
     patient = Patient()
     rig = rig_of(patient)
     rig.pause()
@@ -145,6 +145,6 @@ def test_what_was_made_safe_is_not_gone_on_with():
 
 
 @pytest.mark.parametrize(("value", "away"), [(7.0, False), (6.0, False), (7.5, True)])
-def test_a_set_point_leads_away_if_it_is_farther_from_safe_than_where_the_drive_stands(value, away):
+def test_set_point_leads_away_if_farther_from_safe_than_position(value, away):
     rig = rig_of(FakeTester(drives_at={"load": 7.0, "frequency": 0.0}))
     assert rig.leads_away("tester", "load", value) is away

@@ -1,11 +1,11 @@
-"""What drivers tell beside their answers is kept in order, and never too much of it."""
+"""Messages of drivers are kept in order, and not too many of them."""
 
 from __future__ import annotations
 
 from rigrunner.rig.messages import MOST, DeviceMessage, DeviceMessages
 
 
-def test_messages_wait_in_order_until_they_are_taken():
+def test_messages_are_taken_in_order():
     messages = DeviceMessages()
     assert not messages
     messages.log_of("press").info("warm after %d s", 30)
@@ -18,13 +18,13 @@ def test_messages_wait_in_order_until_they_are_taken():
     assert list(messages.taken()) == []
 
 
-def test_a_text_that_does_not_fit_its_values_is_told_with_them_beside_it():
+def test_text_that_does_not_fit_its_values_is_kept_with_them():
     messages = DeviceMessages()
     messages.log_of("press").warning("%d s", "soon")
     assert [message.text for message in messages.taken()] == ["%d s ('soon',)"]
 
 
-def test_of_very_many_messages_the_first_ones_are_kept_and_that_is_told():
+def test_excess_messages_are_dropped_with_a_warning():
     messages = DeviceMessages()
     for number in range(2 * MOST):
         messages.take("press", "info", str(number))

@@ -25,7 +25,7 @@ def pulse(announced):
     return Pulse(USUAL_S, announced.append)
 
 
-def test_without_progress_the_time_runs_out(pulse):
+def test_time_runs_out_without_progress(pulse):
     assert pulse.left_s() == USUAL_S
     pulse.tick(29.0)
     assert pulse.left_s() == 1.0
@@ -35,7 +35,7 @@ def test_without_progress_the_time_runs_out(pulse):
     assert pulse.left_s() < 0
 
 
-def test_a_call_may_take_its_own_time_and_the_usual_one_beyond(pulse, announced):
+def test_call_has_its_own_time_plus_usual_time(pulse, announced):
     with pulse.call(600.0):
         pulse.tick(600.0)
         assert pulse.left_s() == USUAL_S
@@ -43,8 +43,8 @@ def test_a_call_may_take_its_own_time_and_the_usual_one_beyond(pulse, announced)
     assert pulse.left_s() == USUAL_S
 
 
-def test_of_calls_at_the_same_time_each_may_take_its_own_time(pulse):
-    """Devices are made safe side by side: the first answer is not that of the slow one."""
+def test_concurrent_calls_each_have_their_own_time(pulse):
+    """Devices are made safe concurrently: a quick answer takes no time from a slow device."""
     with pulse.call(600.0):
         with pulse.call(1.0):
             pulse.tick(1.0)
@@ -52,7 +52,7 @@ def test_of_calls_at_the_same_time_each_may_take_its_own_time(pulse):
     assert pulse.left_s() == USUAL_S
 
 
-def test_a_short_call_is_not_announced(pulse, announced):
+def test_short_call_is_not_announced(pulse, announced):
     with pulse.call(10.0):
         assert pulse.left_s() == 40.0
     with pulse.call(USUAL_S):
@@ -60,8 +60,8 @@ def test_a_short_call_is_not_announced(pulse, announced):
     assert announced == []
 
 
-def test_a_call_that_was_given_up_is_still_waited_for(pulse):
-    """What makes safe waits for it, with calls of its own in between."""
+def test_abandoned_call_keeps_its_time(pulse):
+    """Making safe waits for it, with other calls in between."""
     with pytest.raises(DeviceTimeoutError), pulse.call(600.0):
         raise DeviceTimeoutError("given up")
     pulse.tick(1.0)
@@ -75,7 +75,7 @@ def test_a_call_that_was_given_up_is_still_waited_for(pulse):
     assert pulse.left_s() == USUAL_S
 
 
-def test_a_person_may_take_any_time(pulse):
+def test_person_has_unlimited_time(pulse):
     with pulse.person():
         with pulse.person():
             pulse.tick(1e6)
@@ -83,7 +83,7 @@ def test_a_person_may_take_any_time(pulse):
     assert pulse.left_s() == USUAL_S
 
 
-def test_each_nap_of_a_wait_is_progress(pulse):
+def test_each_sleep_is_progress(pulse):
     clock = PulseClock(SimulatedClock(), pulse)
     pulse.tick(29.0)
     clock.sleep(0.1)
@@ -91,14 +91,14 @@ def test_each_nap_of_a_wait_is_progress(pulse):
     assert clock.monotonic_s() == pytest.approx(0.1)
 
 
-def test_each_call_of_a_device_is_allowed_its_time(pulse):
+def test_each_device_call_has_its_time(pulse):
     caller = PulseCaller(ThreadCaller("test"), pulse)
     left = [call("look", pulse.left_s, 5.0) for call in (caller.call, caller.call_urgently)]
     caller.stop()
     assert left == [35.0, 35.0]
 
 
-def test_a_call_of_a_rig_is_allowed_the_patience_of_its_station(pulse):
+def test_rig_call_has_time_of_its_patience(pulse):
     left = []
     tester = FakeTester(non_blocking=False, before=lambda _: left.append(pulse.left_s()))
     rig = Rig({"tester": tester}, SimulatedClock(), Patience(answer_s=100.0), pulse=pulse)
@@ -107,7 +107,7 @@ def test_a_call_of_a_rig_is_allowed_the_patience_of_its_station(pulse):
     assert left == [100.0 + USUAL_S] * 2
 
 
-def test_a_pause_is_allowed_the_time_in_which_all_drives_reach_their_ends(pulse):
+def test_pause_has_time_for_full_travel_of_all_drives(pulse):
     left = []
     slow = tuple(replace(info, rate_per_s=10.0, settle_s=1.0) for info in DRIVES)
 
@@ -126,7 +126,7 @@ def test_a_pause_is_allowed_the_time_in_which_all_drives_reach_their_ends(pulse)
     assert left == [100.0 + (3000.0 / 10.0 + 1.0) + (35.0 / 10.0 + 1.0) + USUAL_S] * 2
 
 
-def test_a_rig_connects_what_answers_and_says_why_the_rest_does_not():
+def test_connect_each_reports_devices_that_fail():
     good, bad = FakeTester(), FakeTester()
     bad.non_blocking = False
 
@@ -143,6 +143,6 @@ def test_a_rig_connects_what_answers_and_says_why_the_rest_does_not():
     assert reports["good"].safe
 
 
-def test_the_date_and_time_are_those_of_the_clock(pulse):
+def test_utc_is_that_of_wrapped_clock(pulse):
     clock = SimulatedClock()
     assert PulseClock(clock, pulse).utc() == clock.utc()

@@ -20,18 +20,18 @@ OTHER_DRIVES = (replace(DRIVES[0], name="heater", safe_value=20.0, maximum=200.0
 
 
 class Oven(FakeTester):
-    """A second device, without a motion in cycles."""
+    """A second device, without a cyclic motion."""
 
     def __init__(self, log: list[str], **more: object) -> None:
         super().__init__(**more)
         self.log, self.drives, self.drives_at = log, OTHER_DRIVES, {"heater": 90.0}
 
-    def _told(self, call: str) -> None:
+    def _record_call(self, call: str) -> None:
         self.log.append(f"oven {call}")
-        super()._told(call)
+        super()._record_call(call)
 
     def make_safe(self):
-        self._told("make_safe")
+        self._record_call("make_safe")
         self.drives_at["heater"] = 20.0
         return dict(self.drives_at)
 
@@ -41,13 +41,13 @@ class Bench(FakeTester):
         super().__init__(**more)
         self.log = log
 
-    def _told(self, call: str) -> None:
+    def _record_call(self, call: str) -> None:
         self.log.append(f"tester {call}")
-        super()._told(call)
+        super()._record_call(call)
 
 
-def made_safe(order, **more):
-    """Return what the devices were told in which order, and the reports."""
+def make_rig_safe(order, **more):
+    """Return the calls of the devices in their order, and the reports."""
     calls: list[str] = []
     rig = Rig(
         {"oven": Oven(calls), "tester": Bench(calls, **more)},
@@ -61,14 +61,16 @@ def made_safe(order, **more):
     return [call for call in calls if "read_back" not in call], reports
 
 
-def test_unless_told_what_moves_in_cycles_is_made_safe_first():
-    calls, reports = made_safe(())
+def test_device_with_cycles_is_made_safe_first_by_default():
+    calls, reports = make_rig_safe(())
     assert calls == ["tester make_safe", "oven make_safe"]
     assert [(report.what, report.safe) for report in reports] == [("tester", True), ("oven", True)]
 
 
-def test_the_stations_order_goes_through_drives_and_devices():
-    calls, reports = made_safe((Member("tester", "frequency"), "oven", Member("tester", "load")))
+def test_order_of_station_may_contain_drives_and_devices():
+    calls, reports = make_rig_safe(
+        (Member("tester", "frequency"), "oven", Member("tester", "load"))
+    )
     assert calls == [
         "tester set frequency 0",
         "oven make_safe",
@@ -81,12 +83,12 @@ def test_the_stations_order_goes_through_drives_and_devices():
 
 
 @pytest.mark.parametrize("error", [DeviceLostError("cable"), ZeroDivisionError("bug")])
-def test_a_drive_that_fails_does_not_stop_the_next(error):
+def test_failing_drive_does_not_stop_the_next(error):
     def refuse(call):
         if call == "set frequency 0":
             raise error
 
-    calls, reports = made_safe(
+    calls, reports = make_rig_safe(
         (Member("tester", "frequency"), Member("tester", "load")), before=refuse
     )
     assert calls == [
@@ -98,7 +100,7 @@ def test_a_drive_that_fails_does_not_stop_the_next(error):
     assert [report.safe for report in reports] == [False, True, True, True]
 
 
-def test_a_drive_that_hangs_is_abandoned_and_the_others_follow():
+def test_hanging_drive_is_abandoned_and_others_follow():
     release = threading.Event()
 
     def hang(call):
@@ -129,15 +131,15 @@ def test_a_drive_that_hangs_is_abandoned_and_the_others_follow():
 
 
 @pytest.mark.parametrize("order", [(), ("tester",), (Member("tester", "frequency"),)])
-def test_no_device_waits_for_one_that_does_not_confirm_that_it_is_safe(order):
-    """The tester stands safe only once the oven has been told to be."""
+def test_devices_do_not_wait_for_one_that_does_not_confirm(order):
+    """The tester confirms only after the oven was made safe."""
     oven_is_safe = threading.Event()
 
     def slow(call):
         if call == "make_safe":
             assert oven_is_safe.wait(20.0)
 
-    class OvenThatTells(Oven):
+    class SignallingOven(Oven):
         def make_safe(self):
             read_back = super().make_safe()
             oven_is_safe.set()
@@ -145,7 +147,7 @@ def test_no_device_waits_for_one_that_does_not_confirm_that_it_is_safe(order):
 
     calls: list[str] = []
     devices = {
-        "oven": OvenThatTells(calls, non_blocking=False),
+        "oven": SignallingOven(calls, non_blocking=False),
         "tester": Bench(calls, before=slow, non_blocking=False),
     }
     rig = Rig(devices, SimulatedClock(), Patience(answer_s=1.0), order)
@@ -156,33 +158,33 @@ def test_no_device_waits_for_one_that_does_not_confirm_that_it_is_safe(order):
     rig.close()
 
 
-def test_a_drive_that_reads_back_something_else_is_not_safe():
-    _, reports = made_safe((Member("tester", "frequency"),), read_back_offset=0.5)
+def test_drive_with_unsafe_read_back_is_not_safe():
+    _, reports = make_rig_safe((Member("tester", "frequency"),), read_back_offset=0.5)
     assert reports[0].problems == ("frequency reads back 0.5 Hz, safe is 0 Hz",)
 
 
-def test_drives_of_a_device_that_never_answered_are_left_to_its_own_make_safe():
+def test_drives_of_unconnected_device_are_left_to_its_make_safe():
     calls: list[str] = []
     rig = Rig({"tester": Bench(calls)}, SimulatedClock(), None, (Member("tester", "frequency"),))
     assert [report.what for report in rig.make_safe()] == ["tester"]
     assert calls == ["tester make_safe"]
 
 
-def test_a_device_that_was_not_connected_is_not_set_drive_by_drive():
+def test_unconnected_device_is_not_set_drive_by_drive():
     tester = StopsHalfWay(DeviceLostError("not connected"))
     (report,) = Rig({"tester": tester}, SimulatedClock()).make_safe()
     assert not report.safe
     assert tester.calls == []
 
 
-def test_a_drive_of_the_order_is_set_to_its_own_safe_value():
-    calls, reports = made_safe((Member("oven", "heater"),))
+def test_ordered_drive_is_set_to_its_safe_value():
+    calls, reports = make_rig_safe((Member("oven", "heater"),))
     assert calls[0] == "oven set heater 20"
     assert reports[0].read_back == {"heater": 20.0}
 
 
 @pytest.mark.parametrize("fails", [False, True])
-def test_making_safe_has_the_time_that_the_drives_need(fails):
+def test_making_safe_has_time_for_its_drives(fails):
     class Slow(FakeTester):
         def make_safe(self):
             if fails:
@@ -205,20 +207,20 @@ def test_making_safe_has_the_time_that_the_drives_need(fails):
 
 
 class Late(FakeTester):
-    """A tester whose 'set load 1000' comes to the drive only once it is let go."""
+    """A tester whose 'set load 1000' reaches the drive only once it is released."""
 
     def __init__(self, **more: object) -> None:
         super().__init__(non_blocking=False, **more)
-        self.let_go = threading.Event()
+        self.release = threading.Event()
 
     def set(self, drive, value):
         if value:
-            self.let_go.wait(10)
+            self.release.wait(10)
         super().set(drive, value)
 
 
 class LateToBegin(Late):
-    """The same for a device that is asked whether a drive has arrived."""
+    """The same for a device with `begin` and `arrived`."""
 
     def begin(self, drive, value):
         self.set(drive, value)
@@ -229,16 +231,16 @@ class LateToBegin(Late):
 
 @pytest.fixture(params=[Late, LateToBegin])
 def late(request, monkeypatch):
-    """Return a tester whose set was given up, and its rig."""
+    """Yield a tester with an abandoned set, and its rig."""
     monkeypatch.setattr(ThreadCaller, "grace_s", 0.05)
     tester = request.param()
-    rig = rig_that_gave_up_a_set(tester)
+    rig = rig_with_abandoned_set(tester)
     yield tester, rig
-    tester.let_go.set()
+    tester.release.set()
     rig.close()
 
 
-def rig_that_gave_up_a_set(tester, order=()):
+def rig_with_abandoned_set(tester, order=()):
     tester.drives = tuple(replace(info, rate_per_s=None) for info in DRIVES)
     rig = Rig({"tester": tester}, SimulatedClock(), Patience(answer_s=0.5), order)
     rig.connect()
@@ -247,32 +249,32 @@ def rig_that_gave_up_a_set(tester, order=()):
     return rig
 
 
-def test_behind_a_set_that_comes_late_the_device_is_made_safe_once_more(late, monkeypatch):
+def test_device_is_made_safe_again_after_late_set(late, monkeypatch):
     tester, rig = late
 
-    def then_the_late_one(self):
+    def with_late_set(self):
         safe = FakeTester.make_safe(self)
-        if not self.let_go.is_set():
-            self.let_go.set()
+        if not self.release.is_set():
+            self.release.set()
             while self.drives_at["load"] != 1000.0:
                 time.sleep(0.001)
         return safe
 
-    monkeypatch.setattr(Late, "make_safe", then_the_late_one)
+    monkeypatch.setattr(Late, "make_safe", with_late_set)
     (report,) = rig.make_safe()
     assert report.safe
     assert tester.drives_at == {"load": 0.0, "frequency": 0.0}
     assert tester.calls.count("make_safe") == 2
 
 
-def test_a_set_that_does_not_come_back_leaves_the_rig_not_safe(late):
+def test_hanging_set_leaves_rig_not_safe(late):
     tester, rig = late
     (report,) = rig.make_safe()
     assert report.read_back == {"load": 0.0, "frequency": 0.0}
     assert report.problems == (
         "'set load' was given up and has not come back: it may still move the drive",
     )
-    tester.let_go.set()
+    tester.release.set()
     while tester.drives_at["load"] != 1000.0:
         time.sleep(0.001)
     (report,) = rig.make_safe()
@@ -280,18 +282,18 @@ def test_a_set_that_does_not_come_back_leaves_the_rig_not_safe(late):
     assert tester.drives_at == {"load": 0.0, "frequency": 0.0}
 
 
-def test_a_set_that_does_not_come_back_is_told_of_the_device_and_not_of_each_drive(monkeypatch):
+def test_hanging_set_is_reported_once_for_the_device(monkeypatch):
     monkeypatch.setattr(ThreadCaller, "grace_s", 0.05)
     tester = Late()
-    rig = rig_that_gave_up_a_set(tester, (Member("tester", "load"),))
-    of_drive, of_device = rig.make_safe()
-    assert (of_drive.what, of_drive.problems) == ("tester.load", ())
-    assert (of_device.what, len(of_device.problems)) == ("tester", 1)
-    tester.let_go.set()
+    rig = rig_with_abandoned_set(tester, (Member("tester", "load"),))
+    drive_report, device_report = rig.make_safe()
+    assert (drive_report.what, drive_report.problems) == ("tester.load", ())
+    assert (device_report.what, len(device_report.problems)) == ("tester", 1)
+    tester.release.set()
     rig.close()
 
 
-def test_a_teardown_that_was_refused_hides_no_set_that_may_still_come(late):
+def test_hanging_set_is_reported_even_after_refused_teardown(late):
     tester, rig = late
     for drive in ("frequency", "load"):
         with pytest.raises(DeviceLostError, match="still hangs"):
@@ -300,11 +302,11 @@ def test_a_teardown_that_was_refused_hides_no_set_that_may_still_come(late):
     assert report.problems == (
         "'set load' was given up and has not come back: it may still move the drive",
     )
-    tester.let_go.set()
+    tester.release.set()
 
 
 class StopsHalfWay(FakeTester):
-    """A driver of somebody's own, whose `make_safe` stops at the first drive that fails."""
+    """A driver whose `make_safe` stops at the first drive that fails."""
 
     def __init__(self, error: BaseException, **more: object) -> None:
         super().__init__(**more)
@@ -318,7 +320,7 @@ class StopsHalfWay(FakeTester):
 
 @pytest.mark.parametrize("non_blocking", [True, False])
 @pytest.mark.parametrize("error", [IndexError("bug"), SystemExit(1), DeviceLostError("cable")])
-def test_what_make_safe_of_a_device_raises_keeps_no_drive_from_its_safe_value(error, non_blocking):
+def test_drives_are_set_one_by_one_if_make_safe_raises(error, non_blocking):
     calls: list[str] = []
     tester = StopsHalfWay(error, non_blocking=non_blocking)
     rig = Rig({"tester": tester, "oven": Oven(calls)}, SimulatedClock(), Patience(answer_s=5.0))
@@ -335,7 +337,7 @@ def test_what_make_safe_of_a_device_raises_keeps_no_drive_from_its_safe_value(er
     rig.close()
 
 
-def test_a_device_of_the_order_that_hangs_is_set_drive_by_drive_only_beside_the_others():
+def test_hanging_ordered_device_does_not_delay_others():
     oven_is_safe, release = threading.Event(), threading.Event()
 
     class Hangs(FakeTester):
@@ -346,12 +348,12 @@ def test_a_device_of_the_order_that_hangs_is_set_drive_by_drive_only_beside_the_
             assert not self.drives_at["load"] or value or oven_is_safe.wait(0.5)
             super().set(drive, value)
 
-    class OvenThatTells(Oven):
+    class SignallingOven(Oven):
         def make_safe(self):
             oven_is_safe.set()
             return super().make_safe()
 
-    devices = {"tester": Hangs(non_blocking=False), "oven": OvenThatTells([], non_blocking=False)}
+    devices = {"tester": Hangs(non_blocking=False), "oven": SignallingOven([], non_blocking=False)}
     rig = Rig(devices, SimulatedClock(), Patience(answer_s=0.2), ("tester",))
     rig.connect()
     tester, oven = rig.make_safe()
@@ -361,10 +363,10 @@ def test_a_device_of_the_order_that_hangs_is_set_drive_by_drive_only_beside_the_
     rig.close()
 
 
-def test_a_device_of_the_order_that_fails_is_set_drive_by_drive_in_its_second_turn_alone():
+def test_failing_ordered_device_is_set_drive_by_drive_only_in_second_turn():
     class Fails(Bench):
         def make_safe(self):
-            self._told("make_safe")
+            self._record_call("make_safe")
             raise IndexError("bug")
 
     calls: list[str] = []
@@ -381,8 +383,8 @@ def test_a_device_of_the_order_that_fails_is_set_drive_by_drive_in_its_second_tu
     ]
 
 
-def test_an_impatient_person_leaves_what_never_answers(monkeypatch):
-    """With patience without end nothing else would end the wait."""
+def test_interrupts_abandon_device_that_never_answers(monkeypatch):
+    """With unlimited patience nothing else would end the wait."""
     release, interrupts = threading.Event(), iter(range(3))
     real = threading.Thread.join
 
@@ -403,7 +405,7 @@ def test_an_impatient_person_leaves_what_never_answers(monkeypatch):
     assert oven.safe
 
 
-def test_without_a_thread_left_each_device_is_made_safe_all_the_same(monkeypatch):
+def test_devices_are_made_safe_without_new_threads(monkeypatch):
     real = threading.Thread.start
 
     def start(thread):
@@ -418,7 +420,7 @@ def test_without_a_thread_left_each_device_is_made_safe_all_the_same(monkeypatch
     rig.close()
 
 
-def test_in_a_replay_that_is_out_of_step_no_drive_is_set_by_itself():
+def test_differing_replay_sets_no_drive():
     tester = StopsHalfWay(NoRigError("the tape has no answer"))
     rig = Rig({"tester": tester}, SimulatedClock())
     rig.connect()
@@ -429,7 +431,7 @@ def test_in_a_replay_that_is_out_of_step_no_drive_is_set_by_itself():
     assert tester.calls == []
 
 
-def test_a_drive_that_cannot_be_read_back_is_not_set_but_left_to_its_device():
+def test_drive_without_read_back_is_left_to_its_device():
     class Blind(FakeTester):
         read_back = None
 
@@ -437,13 +439,13 @@ def test_a_drive_that_cannot_be_read_back_is_not_set_but_left_to_its_device():
     rig = Rig({"tester": tester}, SimulatedClock(), None, (Member("tester", "load"),))
     rig.connect()
     tester.calls.clear()
-    of_drive, of_device = rig.make_safe()
-    assert of_drive.problems == ("make safe failed: there is no drive 'load' that can be set",)
-    assert of_device.safe
+    drive_report, device_report = rig.make_safe()
+    assert drive_report.problems == ("make safe failed: there is no drive 'load' that can be set",)
+    assert device_report.safe
     assert tester.calls == ["make_safe"]
 
 
-def test_a_drive_that_fails_by_itself_too_keeps_no_other_one():
+def test_failing_drive_does_not_stop_setting_one_by_one():
     tester = StopsHalfWay(IndexError("bug"))
     rig = Rig({"tester": tester}, SimulatedClock())
     rig.connect()
@@ -460,7 +462,7 @@ def test_a_drive_that_fails_by_itself_too_keeps_no_other_one():
     assert "frequency cannot be made safe: ZeroDivisionError: no rate" in report.problems[1]
 
 
-def test_a_drive_that_stays_when_it_is_set_by_itself_is_told_with_its_value():
+def test_drive_set_by_itself_is_reported_with_unsafe_read_back():
     tester = StopsHalfWay(IndexError("bug"), read_back_offset=50.0)
     rig = Rig({"tester": tester}, SimulatedClock())
     rig.connect()
@@ -469,7 +471,7 @@ def test_a_drive_that_stays_when_it_is_set_by_itself_is_told_with_its_value():
     assert "load reads back 50 N, safe is 0 N" in report.problems
 
 
-def test_ctrl_c_while_drives_are_set_one_by_one_begins_making_safe_anew():
+def test_ctrl_c_while_setting_one_by_one_restarts_making_safe():
     tester = StopsHalfWay(IndexError("bug"))
     rig = Rig({"tester": tester}, SimulatedClock())
     rig.connect()
@@ -490,7 +492,7 @@ def test_ctrl_c_while_drives_are_set_one_by_one_begins_making_safe_anew():
 @pytest.mark.parametrize(
     "error", [AttributeError("no drives"), SystemExit(1), KeyboardInterrupt()], ids=repr
 )
-def test_a_device_that_cannot_list_its_drives_is_reported_and_the_others_are_made_safe(error):
+def test_device_that_cannot_list_its_drives_is_reported(error):
     class Mute(FakeTester):
         broken = False
 
@@ -518,7 +520,7 @@ def test_a_device_that_cannot_list_its_drives_is_reported_and_the_others_are_mad
         assert problem.startswith("its drives cannot be listed: ")
 
 
-def test_every_device_is_closed_whatever_one_of_them_raises():
+def test_all_devices_are_closed_even_if_one_raises():
     class Ends(FakeTester):
         def close(self):
             raise SystemExit(1)
@@ -537,27 +539,25 @@ def test_every_device_is_closed_whatever_one_of_them_raises():
     assert last.closed
 
 
-def test_a_drive_of_the_order_that_is_not_there_is_told_and_the_others_are_made_safe():
-    calls, reports = made_safe((Member("tester", "laod"), Member("tester", "load")))
+def test_unknown_ordered_drive_is_reported_and_others_are_made_safe():
+    calls, reports = make_rig_safe((Member("tester", "laod"), Member("tester", "load")))
     assert reports[0].problems == ("make safe failed: there is no drive 'laod' that can be set",)
     assert calls[0] == "tester set load 0"
     assert [report.safe for report in reports] == [False, True, True, True]
 
 
-def test_a_set_that_comes_back_while_it_is_waited_for_is_followed_by_making_safe_again(
-    late, monkeypatch
-):
+def test_set_returning_during_the_wait_is_followed_by_making_safe_again(late, monkeypatch):
     tester, rig = late
     rig._roles["tester"].caller.grace_s = 0.05
     monkeypatch.setattr(ThreadCaller, "grace_s", 10.0)
-    monkeypatch.setattr(Late, "make_safe", released_soon)
+    monkeypatch.setattr(Late, "make_safe", make_safe_then_release)
     (report,) = rig.make_safe()
     assert report.safe
     assert tester.drives_at == {"load": 0.0, "frequency": 0.0}
 
 
-def released_soon(tester):
-    """Make safe; a moment later the set that was given up goes on."""
+def make_safe_then_release(tester):
+    """Make safe; a moment later the abandoned set continues."""
     safe = FakeTester.make_safe(tester)
-    threading.Timer(0.05, tester.let_go.set).start()
+    threading.Timer(0.05, tester.release.set).start()
     return safe

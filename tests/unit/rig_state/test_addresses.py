@@ -1,4 +1,4 @@
-"""Two spellings of one place are one address, and two places are two."""
+"""Spellings of one address are recognised, and different addresses kept apart."""
 
 import sys
 
@@ -8,7 +8,7 @@ from rigrunner.rig_state import canonical
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="links of POSIX")
-def test_a_serial_port_is_known_by_any_link_to_it(tmp_path):
+def test_links_to_a_serial_port_are_one_address(tmp_path):
     port = tmp_path / "ttyUSB0"
     port.touch()
     link = tmp_path / "by-id"
@@ -37,7 +37,7 @@ def test_a_serial_port_is_known_by_any_link_to_it(tmp_path):
         ("daq:cDAQ1Mod2", "daq:cDAQ1"),
     ],
 )
-def test_the_same_place(one, other):
+def test_different_spellings_are_one_address(one, other):
     assert canonical(one) & canonical(other)
 
 
@@ -55,19 +55,19 @@ def test_the_same_place(one, other):
         ("visa:my_psu", "visa:my_load"),
     ],
 )
-def test_two_places(one, other):
+def test_different_places_are_different_addresses(one, other):
     assert not canonical(one) & canonical(other)
 
 
-def test_a_host_that_nobody_knows_stands_for_itself():
+def test_unknown_host_is_kept_as_written():
     assert canonical("tcp:No-Such-Host.invalid:502") == {"tcp:no-such-host.invalid:502"}
 
 
-def test_what_is_no_known_kind_is_taken_as_it_is():
+def test_unknown_kind_of_address_is_kept_as_written():
     assert canonical("camera:42") == {"camera:42"}
 
 
 @pytest.mark.parametrize(("platform", "port"), [("win32", "serial:COM1"), ("linux", "serial:1")])
-def test_only_on_windows_a_number_of_visa_is_that_of_a_com_port(platform, port, monkeypatch):
+def test_visa_serial_number_is_a_com_port_only_on_windows(platform, port, monkeypatch):
     monkeypatch.setattr(sys, "platform", platform)
     assert canonical("visa:ASRL1::INSTR") == {port}

@@ -1,4 +1,4 @@
-"""The folder that all who use a machine share: what may be in it, and what is refused."""
+"""The folder that all users of a machine share, and files in it that are refused."""
 
 from __future__ import annotations
 
@@ -10,8 +10,8 @@ import pytest
 from rigrunner.rig_state import folder
 
 
-def test_ctrl_c_while_the_folder_is_made_is_not_taken_for_none(tmp_path, monkeypatch):
-    def interrupted(_path, **_known):
+def test_ctrl_c_while_creating_the_folder_is_raised(tmp_path, monkeypatch):
+    def interrupted(_path, **_options):
         raise KeyboardInterrupt
 
     monkeypatch.setenv("RIGRUNNER_LOCKS", str(tmp_path / "rigs"))
@@ -20,7 +20,7 @@ def test_ctrl_c_while_the_folder_is_made_is_not_taken_for_none(tmp_path, monkeyp
         folder.shared_folder()
 
 
-def test_a_file_with_a_second_name_is_refused(tmp_path):
+def test_hard_link_is_refused(tmp_path):
     (tmp_path / "ours").touch()
     (tmp_path / "press.lock").hardlink_to(tmp_path / "ours")
     with pytest.raises(OSError, match="is a link, or no file"):
@@ -28,22 +28,22 @@ def test_a_file_with_a_second_name_is_refused(tmp_path):
 
 
 @pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="named pipes are of POSIX")
-def test_what_is_no_file_is_refused(tmp_path):
+def test_named_pipe_is_refused(tmp_path):
     os.mkfifo(tmp_path / "press.lock")
     with pytest.raises(OSError, match="is a link, or no file"):
         folder.open_plain(tmp_path / "press.lock", os.O_RDWR)
 
 
-def test_a_file_that_is_refused_does_not_stay_open(tmp_path, monkeypatch):
+def test_refused_file_is_closed(tmp_path, monkeypatch):
     (tmp_path / "ours").touch()
     (tmp_path / "press.lock").hardlink_to(tmp_path / "ours")
-    opened, really = [], os.open
+    opened, real_open = [], os.open
 
-    def remembered(*args):
-        opened.append(really(*args))
+    def recording_open(*args):
+        opened.append(real_open(*args))
         return opened[-1]
 
-    monkeypatch.setattr(os, "open", remembered)
+    monkeypatch.setattr(os, "open", recording_open)
     with pytest.raises(OSError, match="is a link, or no file"):
         folder.open_plain(tmp_path / "press.lock", os.O_RDWR)
     (descriptor,) = opened

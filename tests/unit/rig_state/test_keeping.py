@@ -49,7 +49,7 @@ def lock(folder):
 
 @pytest.fixture
 def energised(lock):
-    """Hold a rig that is energised; its files are old."""
+    """Hold an energised rig; yield its marks and the rig."""
     with hold([lock], RUN) as (descriptor,):
         marks = RigMarks(OWNER, ("tester",), {lock: descriptor})
         rig = Rig({"tester": FakeTester()}, SimulatedClock(), marks=marks)
@@ -75,9 +75,7 @@ def is_refused(lock):
 
 
 @pytest.mark.parametrize("removed", ["lock", "all files", "the folder"])
-def test_a_rig_whose_files_are_removed_stays_taken_and_marked(
-    energised, folder, lock, messages, removed
-):
+def test_removed_files_of_rig_are_recreated(energised, folder, lock, messages, removed):
     marks, rig = energised
     with keeping.keeping(marks, messages.append):
         if removed == "lock":
@@ -99,7 +97,7 @@ def test_a_rig_whose_files_are_removed_stays_taken_and_marked(
     assert read_marker("press") is None
 
 
-def test_files_of_a_rig_in_use_do_not_grow_old(energised, folder, lock, messages):
+def test_files_of_rig_in_use_are_touched(energised, folder, lock, messages):
     marks, _ = energised
     files = [lock, folder / "press.json", folder / "press.energised"]
     for path in files:
@@ -109,7 +107,7 @@ def test_files_of_a_rig_in_use_do_not_grow_old(energised, folder, lock, messages
     assert messages == []
 
 
-def test_a_marker_alone_is_written_again(energised, folder, messages):
+def test_removed_marker_is_recreated(energised, folder, messages):
     marks, _ = energised
     with keeping.keeping(marks, messages.append):
         (folder / "press.energised").unlink()
@@ -117,7 +115,7 @@ def test_a_marker_alone_is_written_again(energised, folder, messages):
     assert read_marker("press").owner == OWNER
 
 
-def test_a_rig_that_is_safe_gets_no_marker(energised, folder, lock, messages):
+def test_safe_rig_gets_no_marker(energised, folder, lock, messages):
     marks, rig = energised
     rig.make_safe()
     with keeping.keeping(marks, messages.append):
@@ -126,7 +124,7 @@ def test_a_rig_that_is_safe_gets_no_marker(energised, folder, lock, messages):
     assert not (folder / "press.energised").exists()
 
 
-def test_that_another_process_has_taken_the_rig_is_told_once(energised, lock, messages):
+def test_rig_taken_by_another_process_is_reported_once(energised, lock, messages):
     marks, _ = energised
     lock.unlink()
     with hold([lock], OTHER), keeping.keeping(marks, messages.append):
@@ -137,23 +135,21 @@ def test_that_another_process_has_taken_the_rig_is_told_once(energised, lock, me
     assert "two programs may drive the rig" in text
 
 
-def test_trouble_is_told_once_and_its_end_not_at_all(energised, messages, monkeypatch):
+def test_trouble_is_reported_once_and_its_end_not(energised, messages, monkeypatch):
     texts = iter(["", "a lock was removed", "a lock was removed", "", ""])
-    looks = []
+    calls = []
 
-    def made_anew(*_):
-        looks.append(1)
+    def recreate(*_):
+        calls.append(1)
         return next(texts, "")
 
-    monkeypatch.setattr(keeping, "_recreate_removed", made_anew)
+    monkeypatch.setattr(keeping, "_recreate_removed", recreate)
     with keeping.keeping(energised[0], messages.append):
-        until(lambda: len(looks) > 5)
+        until(lambda: len(calls) > 5)
     assert messages == ["a lock was removed"]
 
 
-def test_without_a_marker_the_lock_stays_away_so_that_the_guardian_takes_it_for_energised(
-    energised, folder, lock, messages, monkeypatch
-):
+def test_lock_is_not_recreated_without_marker(energised, folder, lock, messages, monkeypatch):
     marks, _ = energised
 
     def full(_descriptor, _content):

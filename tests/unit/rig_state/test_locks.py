@@ -21,13 +21,13 @@ def lock(tmp_path):
 
 @pytest.fixture
 def inherited(lock):
-    """Return a descriptor of the lock that does not hold it (any more)."""
+    """Yield a descriptor of the lock that does not hold it (any more)."""
     descriptor = os.open(lock, os.O_RDWR)
     yield descriptor
     os.close(descriptor)
 
 
-def test_a_lock_is_held_while_somebody_holds_it(lock):
+def test_lock_is_held_within_its_context(lock):
     assert is_held(lock) is False
     with hold([lock], RUN):
         assert is_held(lock) is True
@@ -35,7 +35,7 @@ def test_a_lock_is_held_while_somebody_holds_it(lock):
     assert is_held(lock.with_name("none.lock")) is False
 
 
-def test_who_is_refused_learns_which_lock_it_is_and_who_has_it(lock, tmp_path):
+def test_busy_error_names_lock_and_holder(lock, tmp_path):
     free = tmp_path / "other.lock"
     with hold([lock], RUN), pytest.raises(Busy) as refused, hold([free, lock], GUARDIAN):
         pass
@@ -45,7 +45,7 @@ def test_who_is_refused_learns_which_lock_it_is_and_who_has_it(lock, tmp_path):
 
 
 @POSIX
-def test_a_lock_that_cannot_be_opened_is_not_known_to_be_held(lock, tmp_path):
+def test_lock_that_cannot_be_opened_is_not_held(lock, tmp_path):
     link = tmp_path / "link.lock"
     link.symlink_to(lock)
     with hold([lock], RUN):
@@ -53,7 +53,7 @@ def test_a_lock_that_cannot_be_opened_is_not_known_to_be_held(lock, tmp_path):
 
 
 @POSIX
-def test_an_inherited_lock_that_was_released_is_taken_anew(lock, inherited):
+def test_released_inherited_lock_is_taken_again(lock, inherited):
     with take_over([inherited], [lock], GUARDIAN):
         assert is_held(lock) is True
         with pytest.raises(Busy) as refused, hold([lock], RUN):
@@ -62,7 +62,7 @@ def test_an_inherited_lock_that_was_released_is_taken_anew(lock, inherited):
 
 
 @POSIX
-def test_an_inherited_lock_that_another_process_has_since_is_refused(lock, inherited):
+def test_inherited_lock_taken_by_another_process_is_refused(lock, inherited):
     with (
         hold([lock], RUN),
         pytest.raises(Busy) as refused,
@@ -73,7 +73,7 @@ def test_an_inherited_lock_that_another_process_has_since_is_refused(lock, inher
     assert refused.value.holder == RUN
 
 
-def test_ctrl_c_while_it_is_read_who_holds_a_lock_is_not_taken_for_nobody(lock, monkeypatch):
+def test_ctrl_c_while_reading_the_holder_is_raised(lock, monkeypatch):
     def interrupted(_path):
         raise KeyboardInterrupt
 
@@ -82,7 +82,7 @@ def test_ctrl_c_while_it_is_read_who_holds_a_lock_is_not_taken_for_nobody(lock, 
         locks.holder_of(lock)
 
 
-def test_all_of_several_locks_are_held_and_forgotten_afterwards(lock, tmp_path):
+def test_several_locks_are_held_and_released(lock, tmp_path):
     other = tmp_path / "oven.lock"
     with hold([lock, other], RUN):
         assert [is_held(path) for path in (lock, other)] == [True, True]
@@ -91,8 +91,8 @@ def test_all_of_several_locks_are_held_and_forgotten_afterwards(lock, tmp_path):
 
 
 @POSIX
-def test_an_inherited_lock_whose_file_was_removed_is_held_by_its_name_too(lock, inherited):
-    """The inode that is inherited holds nobody off who makes the file anew."""
+def test_removed_inherited_lock_is_held_by_name_too(lock, inherited):
+    """The inherited inode does not lock a new file of the same name."""
     lock.unlink()
     with take_over([inherited], [lock], GUARDIAN):
         assert is_held(lock) is True
@@ -102,9 +102,7 @@ def test_an_inherited_lock_whose_file_was_removed_is_held_by_its_name_too(lock, 
 
 
 @POSIX
-def test_an_inherited_lock_that_was_removed_and_taken_by_another_process_is_refused(
-    lock, inherited
-):
+def test_removed_inherited_lock_taken_by_another_process_is_refused(lock, inherited):
     lock.unlink()
     with (
         hold([lock], RUN),

@@ -1,4 +1,4 @@
-"""The marker of an energised rig: there before a drive is set, gone once all were read as safe."""
+"""The marker of an energised rig: written before a drive is set, removed once all are safe."""
 
 import os
 import shutil
@@ -45,7 +45,7 @@ def folder(tmp_path, monkeypatch):
     return tmp_path / "rigs"
 
 
-def test_of_a_held_rig_whose_files_were_removed_nothing_is_known(folder):
+def test_held_rig_without_files_has_unknown_set_points(folder):
     lock = folder / "press.lock"
     folder.mkdir()
     lock.touch()
@@ -69,7 +69,7 @@ def marks_of(*roles):
     return RigMarks(OWNER, roles or ("tester",))
 
 
-def test_the_marker_is_there_before_the_first_set_and_names_run_and_set_point():
+def test_marker_precedes_first_set_and_names_run_and_set_point():
     markers = []
 
     def look(call):
@@ -88,26 +88,26 @@ def test_the_marker_is_there_before_the_first_set_and_names_run_and_set_point():
     assert "nothing has confirmed since that it is safe" in marker.text
 
 
-def test_the_last_set_point_of_each_drive_is_kept():
+def test_marker_has_last_set_point_of_each_drive():
     rig = rig_with(marks_of(), FakeTester())
     rig.connect()
     move = rig.setter("tester", "load", None, lambda: None)
     for load in (10.0, 20.0, 30.5):
         move(load)
-    rig.set("tester", "frequency", 2.0)  # which writes all of them again
+    rig.set("tester", "frequency", 2.0)  # writes all of them again
     assert read_marker("press").set_points == "tester.load 30.5 N, tester.frequency 2 Hz"
     move(0.0)
     assert read_marker("press").set_points == "tester.load 0 N, tester.frequency 2 Hz"
 
 
-def test_a_safe_value_alone_energises_nothing(folder):
+def test_setting_safe_value_writes_no_marker(folder):
     rig = rig_with(marks_of(), FakeTester())
     rig.connect()
     rig.set("tester", "load", 0.0)
     assert not folder.exists()
 
 
-def test_only_what_was_read_back_as_safe_clears_the_marker():
+def test_marker_is_cleared_only_by_safe_read_backs():
     stuck = FakeTester()
     rig = rig_with(marks_of("tester", "oven"), FakeTester(), stuck)
     rig.connect()
@@ -122,7 +122,7 @@ def test_only_what_was_read_back_as_safe_clears_the_marker():
     assert read_markers() == []
 
 
-def test_a_rig_that_is_set_again_after_it_was_made_safe_is_marked_again():
+def test_setting_after_make_safe_writes_marker_again():
     rig = rig_with(marks_of(), FakeTester())
     rig.connect()
     move = rig.setter("tester", "load", None, lambda: None)
@@ -132,7 +132,7 @@ def test_a_rig_that_is_set_again_after_it_was_made_safe_is_marked_again():
     assert read_marker("press").set_points == "tester.load 30 N"
 
 
-def test_who_found_no_marker_does_not_remove_one_that_was_written_since():
+def test_later_marker_of_another_process_is_not_removed():
     mine = marks_of()
     rig = rig_with(marks_of(), FakeTester())
     rig.connect()
@@ -141,7 +141,7 @@ def test_who_found_no_marker_does_not_remove_one_that_was_written_since():
     assert read_marker("press").set_points == "tester.load 40 N"
 
 
-def test_a_simulated_device_is_not_marked():
+def test_simulated_device_is_not_marked():
     rig = rig_with(RigMarks(OWNER, ["oven"]), FakeTester(), FakeTester())
     rig.connect()
     rig.set("tester", "load", 40.0)
@@ -150,13 +150,13 @@ def test_a_simulated_device_is_not_marked():
     assert read_marker("press").set_points == "oven.load 40 N"
 
 
-def test_a_drive_is_not_set_where_the_marker_cannot_be_written(folder):
+def test_drive_is_not_set_if_marker_cannot_be_written(folder):
     folder.mkdir()
     (folder / "press.energised").mkdir()
     device = FakeTester()
     rig = rig_with(marks_of(), device)
     rig.connect()
-    for _ in range(2):  # nor is it when it is tried again
+    for _ in range(2):  # a second attempt does not set it either
         with pytest.raises(DeviceError, match="marker of the energised rig cannot be written"):
             rig.set("tester", "load", 40.0)
     assert "set load 40" not in device.calls
@@ -170,7 +170,7 @@ def cut_off(monkeypatch):
     monkeypatch.setattr(os, "write", lambda file, content: write(file, content[:150]))
 
 
-def test_a_marker_that_is_written_in_part_sets_no_drive_and_raises_no_alarm(monkeypatch):
+def test_partly_written_first_marker_is_removed_and_sets_no_drive(monkeypatch):
     device = FakeTester()
     rig = rig_with(marks_of(), device)
     rig.connect()
@@ -184,7 +184,7 @@ def test_a_marker_that_is_written_in_part_sets_no_drive_and_raises_no_alarm(monk
     assert read_marker("press").set_points == "tester.load 40 N"
 
 
-def test_a_further_drive_that_cannot_be_marked_leaves_the_marker_of_the_others(monkeypatch):
+def test_failed_marking_of_second_drive_keeps_first(monkeypatch):
     rig = rig_with(marks_of(), FakeTester())
     rig.connect()
     rig.set("tester", "load", 40.0)
@@ -202,9 +202,7 @@ def test_a_further_drive_that_cannot_be_marked_leaves_the_marker_of_the_others(m
     assert read_marker("press").set_points == "tester.load 50 N"
 
 
-def test_a_marker_of_an_earlier_run_that_is_torn_stays_until_the_rig_was_read_back(
-    monkeypatch, left_by_another_run
-):
+def test_torn_marker_of_earlier_run_stays(monkeypatch, left_by_another_run):
     rig = rig_with(left_by_another_run, FakeTester(), FakeTester())
     rig.connect()
     cut_off(monkeypatch)
@@ -218,7 +216,7 @@ def test_a_marker_of_an_earlier_run_that_is_torn_stays_until_the_rig_was_read_ba
     )
 
 
-def test_a_set_point_that_cannot_be_noted_is_not_sent_unless_it_is_the_safe_one(monkeypatch):
+def test_set_point_that_cannot_be_written_is_sent_only_if_safe(monkeypatch):
     device = FakeTester()
     rig = rig_with(marks_of(), device)
     rig.connect()
@@ -236,19 +234,19 @@ def test_a_set_point_that_cannot_be_noted_is_not_sent_unless_it_is_the_safe_one(
 
 
 @POSIX
-def test_a_marker_that_must_not_be_opened_means_an_energised_rig(folder, tmp_path):
+def test_symlink_as_marker_means_energised_rig(folder, tmp_path):
     folder.mkdir()
     (folder / "press.energised").symlink_to(tmp_path / "elsewhere")
     assert read_marker("press") is not None
 
 
-def test_after_a_marker_that_cannot_be_read_each_device_must_be_read_back(folder):
+def test_unreadable_marker_leaves_every_device_unconfirmed(folder):
     folder.mkdir()
     (folder / "press.energised").write_bytes(b"{torn")
     assert marks_of("tester", "oven").unconfirmed == {"tester", "oven"}
 
 
-def test_a_rig_that_its_guardian_made_safe_is_confirmed_and_told():
+def test_rig_made_safe_by_guardian_is_confirmed():
     rig = rig_with(marks_of(), FakeTester())
     rig.connect()
     rig.set("tester", "load", 40.0)
@@ -258,7 +256,7 @@ def test_a_rig_that_its_guardian_made_safe_is_confirmed_and_told():
     assert later.left.safe_by.startswith("The guardian made it safe at 20")
 
 
-def test_a_safe_drive_confirms_no_device_whose_other_drive_is_not_safe():
+def test_device_with_one_unsafe_drive_keeps_marker():
     class Stuck(FakeTester):
         def make_safe(self):
             return super().make_safe() | {"frequency": 5.0}
@@ -272,7 +270,7 @@ def test_a_safe_drive_confirms_no_device_whose_other_drive_is_not_safe():
     assert read_marker("press") is not None
 
 
-def test_a_marker_that_was_cut_off_means_an_energised_rig(folder):
+def test_truncated_marker_means_energised_rig(folder):
     rig = rig_with(marks_of(), FakeTester())
     rig.connect()
     rig.set("tester", "load", 40.0)
@@ -303,16 +301,16 @@ os.kill(os.getpid(), signal.SIGKILL)
 
 
 @POSIX
-def test_a_killed_process_leaves_its_last_set_point():
+def test_killed_process_leaves_its_last_set_point():
     path = os.pathsep.join(folder for folder in sys.path if folder)
-    done = subprocess.run(
+    process = subprocess.run(
         [sys.executable, "-c", KILLED], env={**os.environ, "PYTHONPATH": path}, check=False
     )
-    assert done.returncode == -9
+    assert process.returncode == -9
     assert read_marker("press").set_points == "tester.load 1000 N"
 
 
-def test_what_was_made_safe_by_another_process_is_said_until_it_is_cleared():
+def test_marker_names_who_made_rig_safe_until_cleared():
     rig = rig_with(marks_of(), FakeTester())
     rig.connect()
     rig.set("tester", "load", 40.0)
@@ -326,7 +324,7 @@ def test_what_was_made_safe_by_another_process_is_said_until_it_is_cleared():
 
 @POSIX
 @pytest.mark.parametrize("put", ["symlink_to", "hardlink_to"])
-def test_a_link_in_place_of_a_marker_changes_no_file_of_ours(folder, tmp_path, put):
+def test_link_as_marker_changes_no_other_file(folder, tmp_path, put):
     ours = tmp_path / "ours"
     ours.write_text("precious")
     folder.mkdir()
@@ -339,15 +337,15 @@ def test_a_link_in_place_of_a_marker_changes_no_file_of_ours(folder, tmp_path, p
 
 
 @POSIX
-def test_another_person_may_confirm_that_the_rig_is_safe(folder):
+def test_marker_is_writable_by_other_users(folder):
     rig = rig_with(marks_of(), FakeTester())
     rig.connect()
     rig.set("tester", "load", 40.0)
     assert stat.S_IMODE((folder / "press.energised").stat().st_mode) == 0o666
 
 
-def test_a_rig_is_in_use_only_while_the_process_holds_it_that_energised_it(folder):
-    """A guardian that makes it safe holds it too, and the screen is to be red meanwhile."""
+def test_rig_is_in_use_only_while_held_by_its_energising_process(folder):
+    """The guardian holds it too while it makes it safe, and the screen must be red then."""
     rig = rig_with(marks_of(), FakeTester())
     rig.connect()
     rig.set("tester", "load", 40.0)
@@ -360,8 +358,8 @@ def test_a_rig_is_in_use_only_while_the_process_holds_it_that_energised_it(folde
     assert read_marker("press").is_in_use is False
 
 
-def test_the_marker_is_on_the_disk_before_a_drive_is_first_set(folder, monkeypatch):
-    """A power cut right after the set must not take the marker with it."""
+def test_marker_is_synced_before_first_set(folder, monkeypatch):
+    """A power cut right after the set must not lose the marker."""
     on_disk, sizes = {}, []
 
     def synced(descriptor):
@@ -380,8 +378,8 @@ def test_the_marker_is_on_the_disk_before_a_drive_is_first_set(folder, monkeypat
     assert synced_size == size
 
 
-def test_that_a_rig_is_safe_is_on_the_disk_before_the_name_of_its_marker_goes(folder, monkeypatch):
-    """A power cut in between must not bring back a marker that says otherwise."""
+def test_empty_marker_is_synced_before_removal(folder, monkeypatch):
+    """A power cut in between must not bring back the old marker."""
     rig = rig_with(marks_of(), FakeTester())
     rig.connect()
     rig.set("tester", "load", 40.0)
@@ -396,11 +394,11 @@ def test_that_a_rig_is_safe_is_on_the_disk_before_the_name_of_its_marker_goes(fo
     assert not path.exists()
 
 
-def test_the_marker_of_a_rig_that_is_safe_is_no_longer_open(monkeypatch):
-    opened, really = [], marks.open_plain
+def test_marker_of_safe_rig_is_closed(monkeypatch):
+    opened, real_open = [], marks.open_plain
 
     def open_plain(path, flags):
-        opened.append(really(path, flags))
+        opened.append(real_open(path, flags))
         return opened[-1]
 
     monkeypatch.setattr(marks, "open_plain", open_plain)
@@ -413,7 +411,7 @@ def test_the_marker_of_a_rig_that_is_safe_is_no_longer_open(monkeypatch):
         os.fstat(opened[0])
 
 
-def test_the_rigs_of_a_machine_are_listed_by_station():
+def test_markers_are_sorted_by_station():
     assert read_markers() == []
     for station in ("press", "bench"):
         rig = rig_with(RigMarks(replace(OWNER, station=station), ["tester"]), FakeTester())
@@ -422,22 +420,20 @@ def test_the_rigs_of_a_machine_are_listed_by_station():
     assert [marker.station for marker in read_markers()] == ["bench", "press"]
 
 
-def test_looking_for_a_marker_makes_no_file(folder):
+def test_reading_missing_marker_creates_no_file(folder):
     folder.mkdir()
     assert read_marker("press") is None
     assert list(folder.iterdir()) == []
 
 
-def test_a_marker_without_a_readable_drive_says_that_the_set_points_are_not_known(folder):
+def test_unreadable_marker_has_unknown_set_points(folder):
     folder.mkdir()
     (folder / "press.energised").write_bytes(b"{")
     assert read_marker("press").set_points == "set-points not known"
     assert "its marker cannot be read" in read_marker("press").text
 
 
-def test_ctrl_c_while_a_marker_is_read_is_not_taken_for_a_marker_that_cannot_be_read(
-    folder, monkeypatch
-):
+def test_ctrl_c_while_decoding_a_marker_is_raised(folder, monkeypatch):
     rig = rig_with(marks_of(), FakeTester())
     rig.connect()
     rig.set("tester", "load", 40.0)
@@ -460,7 +456,7 @@ def left_by_another_run():
     return RigMarks(replace(OWNER, procedure="REPEAT", process=4712), ["tester", "oven"])
 
 
-def test_a_rig_that_was_left_energised_is_safe_once_its_last_device_was_read_back(
+def test_rig_left_energised_is_safe_once_all_devices_are_confirmed(
     left_by_another_run,
 ):
     marks = left_by_another_run
@@ -473,7 +469,7 @@ def test_a_rig_that_was_left_energised_is_safe_once_its_last_device_was_read_bac
     assert read_marker("press").safe_by.startswith("'REPEAT' made it safe (process 4712) at 20")
 
 
-def test_the_marker_of_an_earlier_run_goes_once_a_record_says_what_it_says(left_by_another_run):
+def test_marker_of_earlier_run_is_removed_once_safe_and_recorded(left_by_another_run):
     marks = left_by_another_run
     marks.put_on_record()
     assert "energised by WEAR" in read_marker("press").text, "it is not known to be safe yet"
@@ -484,7 +480,7 @@ def test_the_marker_of_an_earlier_run_goes_once_a_record_says_what_it_says(left_
     assert marks.left is None
 
 
-def test_a_person_who_says_that_the_rig_is_safe_stands_for_each_of_its_devices(
+def test_confirmation_by_person_covers_all_devices(
     left_by_another_run,
 ):
     marks = left_by_another_run

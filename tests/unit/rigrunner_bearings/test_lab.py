@@ -1,4 +1,4 @@
-"""The lab folder for bearings is complete, and nothing in it is ever overwritten."""
+"""The lab folder for bearings is complete, and existing files are never overwritten."""
 
 from __future__ import annotations
 
@@ -35,27 +35,27 @@ def files(folder):
     return {path.relative_to(folder).as_posix() for path in folder.rglob("*") if path.is_file()}
 
 
-def test_it_has_all_that_a_lab_needs(lab):
+def test_lab_has_all_needed_files(lab):
     assert files(lab) == FILES
     assert load_station(lab / "station.yaml").model.plugins == "plugins"
     for path in (lab / "procedures").glob("*.yaml"):
         load_procedure(path)
 
 
-def test_the_shipped_procedures_are_copied_as_they_are(lab):
+def test_shipped_procedures_are_copied_unchanged(lab):
     for name in ("no_load_inertia_sweep", "starting_torque_1000n"):
         copy = lab / "procedures" / f"{name}.yaml"
         assert copy.read_bytes() == find_procedure(name).read_bytes()
 
 
-def test_every_yaml_file_names_a_schema_that_is_there(lab):
+def test_every_yaml_file_names_an_existing_schema(lab):
     for path in lab.rglob("*.yaml"):
         first = path.read_text(encoding="utf-8").splitlines()[0]
         target = first.removeprefix("# yaml-language-server: $schema=")
         assert (path.parent / target).is_file()
 
 
-def test_the_schemas_know_the_plugin_of_the_folder(lab):
+def test_schemas_include_plugins_of_lab_folder(lab):
     schema = json.loads((lab / "station.schema.json").read_text(encoding="utf-8"))
     plugins = schema["$defs"]["DeviceBinding"]["properties"]["plugin"]["enum"]
     assert {"room_thermometer", "swing_tester_sim"} <= set(plugins)
@@ -63,7 +63,7 @@ def test_the_schemas_know_the_plugin_of_the_folder(lab):
 
 
 @pytest.mark.parametrize("name", first(3, sorted(FILES)))
-def test_where_one_file_is_there_nothing_is_written(tmp_path, name):
+def test_nothing_is_written_if_one_file_exists(tmp_path, name):
     mine = tmp_path / "lab" / name
     mine.parent.mkdir(parents=True)
     mine.write_text("mine")
@@ -73,7 +73,7 @@ def test_where_one_file_is_there_nothing_is_written(tmp_path, name):
     assert files(tmp_path / "lab") == {name}
 
 
-def test_nothing_is_written_through_a_link_that_leads_nowhere(tmp_path):
+def test_nothing_is_written_through_broken_link(tmp_path):
     lab, target = tmp_path / "lab", tmp_path / "elsewhere.md"
     lab.mkdir()
     (lab / "README.md").symlink_to(target)
@@ -82,14 +82,14 @@ def test_nothing_is_written_through_a_link_that_leads_nowhere(tmp_path):
     assert not target.exists()
 
 
-def test_files_of_others_stay(tmp_path):
+def test_other_files_are_kept(tmp_path):
     (tmp_path / "notes.txt").write_text("mine")
     assert make_lab(tmp_path, load_registry())
     assert files(tmp_path) == FILES | {"notes.txt"}
 
 
 @pytest.mark.parametrize("name", ["lab", "lab/plugins"])
-def test_a_file_in_the_place_of_a_folder_is_named(tmp_path, name):
+def test_file_in_place_of_folder_is_named_in_error(tmp_path, name):
     (tmp_path / name).parent.mkdir(exist_ok=True)
     (tmp_path / name).write_text("a file")
     with pytest.raises(UsageError, match=f"{name}.*: (Not a directory|File exists)"):

@@ -1,4 +1,4 @@
-"""A lab's own outlier rule takes part in the analysis of torque."""
+"""A lab's own outlier rule is used in the analysis of torque."""
 
 from helpers_cli import call
 from helpers_workflow import quick_procedure, run, station_file
@@ -27,7 +27,7 @@ def rigrunner_outlier_rules():
 """
 
 
-def test_a_plugin_from_the_stations_folder_takes_part_and_is_on_record(tmp_path):
+def test_plugin_in_station_folder_is_used_and_recorded(tmp_path):
     (tmp_path / "my_plugins").mkdir()
     (tmp_path / "my_plugins" / "rule.py").write_text(MEDIAN_RULE)
     station = station_file(tmp_path, ("id: simulated\n", "id: simulated\nplugins: my_plugins\n"))
@@ -38,13 +38,13 @@ def test_a_plugin_from_the_stations_folder_takes_part_and_is_on_record(tmp_path)
     assert finished.error is None
     assert all(not point.peak_kept[0] for point in TorqueDetails.of(finished.result).loaded)
     assert "rule.py sha256:" in read(finished.folder).header.provenance["plugin providers"]
-    assert_analysed_again_with_the_station_alone(finished.folder, station, tmp_path / "again.html")
+    assert_reanalysis_needs_station(finished.folder, station, tmp_path / "again.html")
 
 
-def assert_analysed_again_with_the_station_alone(folder, station, report):
+def assert_reanalysis_needs_station(folder, station, report):
     for words in (["analyse", folder], ["report", folder, "--out", report]):
-        without = call(*words)
-        assert without.code == ExitCode.INVALID
-        assert "there is no outlier rule 'first_one'" in without.err
+        output = call(*words)
+        assert output.code == ExitCode.INVALID
+        assert "there is no outlier rule 'first_one'" in output.err
         assert call(*words, "--station", station).code == ExitCode.PASS
     assert report.is_file()

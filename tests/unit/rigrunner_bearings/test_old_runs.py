@@ -1,7 +1,7 @@
 """Torque runs of earlier versions are analysed by the methods of today.
 
-That they are read is held by tests/unit/runfile/test_old_versions.py; the expected values were read
-from the file with h5py alone, when it was put there.
+Reading them is tested by tests/unit/runfile/test_old_versions.py; the expected values were read
+from the file with h5py alone when it was added.
 """
 
 from __future__ import annotations
@@ -20,9 +20,9 @@ from rigrunner.runfile import read
 OLD = Path(__file__).parents[2] / "data" / "format-1" / "run.h5"
 RAW_PEAKS_NM = [2.964894580078125, 7.62080888671875]
 ENERGY_NM = [0.6330180981779459, 0.6317704478664123]
-"""By the method of that time, which took no growth of the support's friction off."""
+"""By the method of that time, which subtracted no growth of the support's friction."""
 GROWTH = 0.0125
-"""What is taken off today where none was measured, at 1000 N (decision 0035)."""
+"""Subtracted today if none was measured, at 1000 N (decision 0035)."""
 
 
 @pytest.fixture
@@ -33,7 +33,7 @@ def run(tmp_path):
     return folder
 
 
-def test_it_is_analysed_by_the_methods_of_today(run):
+def test_old_run_is_analysed_by_current_methods(run):
     output = call("analyse", run, "--json")
     document = json.loads(output.out)
     peaks = [point["raw_peak"]["mean"]["value"] for point in document["points"]]
@@ -46,14 +46,14 @@ def test_it_is_analysed_by_the_methods_of_today(run):
     assert torques == pytest.approx([torque - growth_nm for torque in ENERGY_NM], rel=2e-5)
 
 
-def test_it_is_verified_and_reported(run, tmp_path):
+def test_old_run_is_verified_and_reported(run, tmp_path):
     verified = call("verify", run)
     assert "sealed without a manifest, by an older version" in verified.out
     assert "recordings: 2 with the digest" in verified.out
     assert call("report", run, "--out", tmp_path / "report.html").code == 0
 
 
-def test_its_set_points_are_read_from_its_result(run):
+def test_set_points_are_read_from_result_of_old_run(run):
     estimates = dict(estimates_of_packages(read(run / "run.h5").result_document))
     assert list(estimates) == ["at 15 Hz", "at 35 Hz"]
     assert [estimate["value"] for estimate in estimates.values()] == pytest.approx(
@@ -61,7 +61,7 @@ def test_its_set_points_are_read_from_its_result(run):
     )
 
 
-def test_the_torques_of_a_run_of_0_1_0_are_results(tmp_path):
+def test_torques_of_0_1_0_run_are_results(tmp_path):
     unpack(OLD.parents[1] / "0.1.0" / "run.zip", tmp_path)
     (folder,) = tmp_path.iterdir()
     results = results_in(read(folder).result_document)

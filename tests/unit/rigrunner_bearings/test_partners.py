@@ -1,4 +1,4 @@
-"""What a no-load run must share with the loaded one: the rig and the torque transducer."""
+"""A no-load run must have the rig and the torque transducer of the loaded run."""
 
 import pytest
 
@@ -36,9 +36,7 @@ def loaded_run(quick_copy, tmp_path):
         ([(FEW_FREQUENCIES, "[8 Hz, 12 Hz]")], (), "it has no recording at 12 Hz"),
     ],
 )
-def test_a_mismatch_is_refused_before_the_run_with_what_is_needed(
-    loaded_run, changes, station, words
-):
+def test_mismatched_partner_is_refused_before_the_run(loaded_run, changes, station, words):
     with pytest.raises(DataError, match=words) as caught:
         loaded_run(*changes, station=station)
     assert "run that procedure first, or name a run with --partner no_load=RUN" in caught.value.hint

@@ -1,4 +1,4 @@
-"""Problems of compensations and of the rig are told with all others."""
+"""Problems of compensations and of the rig are reported with all others."""
 
 import pytest
 
@@ -15,7 +15,7 @@ def problems_of(procedure, station):
     return {problem.field: problem.message for problem in caught.value.problems}
 
 
-def test_all_problems_are_told_at_once_whatever_finds_them(tmp_path):
+def test_all_problems_are_reported_at_once(tmp_path):
     procedure = quick_procedure(
         tmp_path,
         "starting_torque_1000n",
@@ -31,7 +31,7 @@ def test_all_problems_are_told_at_once_whatever_finds_them(tmp_path):
     }
 
 
-def test_both_files_are_read_before_anything_is_told(tmp_path):
+def test_problems_of_both_files_are_reported_together(tmp_path):
     procedure = quick_procedure(tmp_path, "no_load_inertia_sweep", ("uses:", "usses:"))
     station = station_file(tmp_path, ("mandrel: M-01", "mandrel: 7"))
     fields = set(problems_of(procedure, station))

@@ -24,11 +24,11 @@ RIG = {
 }
 
 
-def test_what_ships_declares_the_rig_of_bearings():
+def test_shipped_plugins_declare_rig_of_bearings():
     assert {"mandrel", "eccentric"} <= set(load_registry().rig_model().model_fields)
 
 
-def test_a_mandrel_that_both_runs_must_share_is_asked_for():
+def test_mandrel_shared_by_both_runs_is_required():
     station = edited(STATION, ("  mandrel: M-01\n", ""))
     parsed = parse_procedure(PROCEDURE, "p.yaml"), parse_station(station, "s.yaml")
     problem = only_problem(lambda: check_partners(*parsed, load_registry()))
@@ -37,7 +37,7 @@ def test_a_mandrel_that_both_runs_must_share_is_asked_for():
     assert problem.hint == f"it is needed at p.yaml:{place_of(PROCEDURE, 'no_load:')}"
 
 
-def test_the_ratio_of_the_rig():
+def test_ratio_of_the_rig():
     assert RigDescription.model_validate(RIG).eccentric_ratio == pytest.approx(2 / 45, rel=1e-15)
 
 
@@ -46,13 +46,13 @@ def test_the_ratio_of_the_rig():
     [("eccentric", "0 mm"), ("eccentric", "45 mm"), ("eccentric", "50 mm"), ("inertia", "0 kg·m²"),
      ("support_friction", "-1 N·m"), ("swing_radius", "0 mm"), ("mandrel", 5)],
 )  # fmt: skip
-def test_an_impossible_rig_is_refused(key, value):
+def test_impossible_rig_is_refused(key, value):
     with pytest.raises(ValidationError):
         RigDescription.model_validate(RIG | {key: value})
 
 
-def test_a_plan_with_a_wrong_rig_is_looked_at_as_with_a_stand_in():
-    """`check` tells the mistake itself."""
+def test_invalid_rig_is_replaced_by_stand_in():
+    """`check` reports the mistake itself."""
     planned = SimpleNamespace(rig_keys=RIG | {"eccentric": "2 kg"})
     assert planned_rig(planned).mandrel == "none"
     assert planned_rig(SimpleNamespace(rig_keys=RIG)).mandrel == "M-01"

@@ -44,7 +44,7 @@ teardown:
 """
 
 
-def test_kinds_are_done_in_their_order_and_their_events_name_them(tmp_path):
+def test_steps_run_in_order_and_events_name_their_kinds(tmp_path):
     procedure = tmp_path / "procedure.yaml"
     procedure.write_text(PROCEDURE, encoding="utf-8")
     clock, listener = SimulatedClock(), Listener()

@@ -1,4 +1,4 @@
-"""Whole swings are cut from samples as they come, and no more is kept than one of them."""
+"""Whole swings are cut from samples as they arrive, and at most one swing is kept."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ def blocks(*arrays, size=200):
         yield tuple(array[first : first + size] for array in arrays)
 
 
-def test_swings_are_cut_once_each_and_begin_where_the_angle_rises():
+def test_each_swing_is_cut_once_where_angle_rises():
     angle, torque = swinging(3.0)
     angle = angle + np.random.default_rng(1).normal(0, 4e-4, len(angle))
     cutter = SwingCutter(RATE_HZ, 5.0)
@@ -36,20 +36,20 @@ def test_swings_are_cut_once_each_and_begin_where_the_angle_rises():
         assert swing.torque_nm[3 * PHASES // 4] == pytest.approx(-1.0, abs=0.01)
 
 
-def test_noise_of_a_rig_at_rest_is_no_swing():
+def test_noise_of_rig_at_rest_is_no_swing():
     noise = np.random.default_rng(2).normal(0, 1e-3, 20_000)
     cutter = SwingCutter(RATE_HZ, 5.0)
     assert not [swing for a, t in blocks(noise, noise) for swing in cutter.take(t, a)]
 
 
-def test_without_an_angle_the_set_frequency_tells_how_long_a_swing_is():
+def test_set_frequency_gives_swing_length_without_angle():
     _, torque = swinging(2.0)
     cutter = SwingCutter(RATE_HZ, 5.0)
     swings = [swing for (t,) in blocks(torque) for swing in cutter.take(t, None)]
     assert len(swings) == 9
 
 
-def test_a_cutter_keeps_little_of_what_it_was_given():
+def test_cutter_keeps_few_samples():
     cutter = SwingCutter(RATE_HZ, 5.0)
     for number in range(200):
         angle, torque = swinging(0.1, start_s=number * 0.1)
@@ -61,7 +61,7 @@ def test_a_cutter_keeps_little_of_what_it_was_given():
     assert len(still._torque) <= 31 * RATE_HZ
 
 
-def test_after_a_gap_the_time_is_that_of_the_recording():
+def test_time_after_gap_is_that_of_recording():
     angle, torque = swinging(1.0)
     cutter = SwingCutter(RATE_HZ, 5.0, 10_000)
     swings = [swing for a, t in blocks(angle, torque) for swing in cutter.take(t, a)]

@@ -18,7 +18,7 @@ from rigrunner.api.errors import AbortedError
 from rigrunner.api.events import Note, Outcome, RunEnded, Samples, Scanned
 from rigrunner.ending import ENDING, SUSPENDING, signal_name
 from rigrunner.engine import Choice, Decision, Interference, Paused, StopNow
-from rigrunner.engine.pausing import PauseWantedError
+from rigrunner.engine.pausing import PauseRequestedError
 from rigrunner.steps.confirm import Confirm
 from rigrunner_panel.live.watcher import ANALYST
 from rigrunner_panel.process.channel import Channel, ChannelClosedError
@@ -123,7 +123,7 @@ def test_neither_a_stop_nor_a_pause_waits_for_an_answer(ends, commands):
     with pytest.raises(AbortedError, match=WHY):
         confirm(commands, sent, switch)
     ends.panel.send(Pause(BY))
-    with pytest.raises(PauseWantedError):
+    with pytest.raises(PauseRequestedError):
         confirm(commands, sent)
     assert sent[-1] == Show({"prompt": None})  # the screen's question is gone, too
 
@@ -135,7 +135,7 @@ def test_a_second_click_does_not_end_the_next_pause(ends, commands):
     sent, looks = [], []
     pauses = PanelPauses(link_of(commands, sent))
     ends.panel.send(Pause(BY))
-    wait_for(pauses.wanted)
+    wait_for(pauses.requested_by)
     ends.panel.send(Decide(Decision(Choice.RESUME, BY)))
     ends.panel.send(Decide(Decision(Choice.RESUME, BY)))
     wait_for(lambda: commands._decisions.qsize() == 2)
@@ -145,17 +145,17 @@ def test_a_second_click_does_not_end_the_next_pause(ends, commands):
     (paused, went_on) = (message.sections for message in sent)
     assert paused["pause"].choices == ("resume", "skip", "abort")
     assert went_on == {"pause": None}
-    assert (pauses.wanted(), len(looks) > 1) == ("", True)
+    assert (pauses.requested_by(), len(looks) > 1) == ("", True)
     decided.join()
 
 
 def test_a_decision_that_came_with_the_pause_is_taken_at_once_if_it_can_be(ends, commands):
     pauses = PanelPauses(link_of(commands, []))
     ends.panel.send(Pause(BY, Decision(Choice.SKIP, BY, WHY)))
-    wait_for(pauses.wanted)
+    wait_for(pauses.requested_by)
     assert pauses.decide(PAUSED, lambda: None) == Decision(Choice.SKIP, BY, WHY)
     ends.panel.send(Pause(BY, Decision(Choice.REPEAT, BY)))  # cannot be done here
-    wait_for(pauses.wanted)
+    wait_for(pauses.requested_by)
     ends.panel.send(PutOnRecord(Interference("take over", BY)))
     wait_for(lambda: not commands._records.empty())
     assert list(pauses.new_actions()) == [Interference("take over", BY)]

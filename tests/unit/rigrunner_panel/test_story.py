@@ -29,7 +29,15 @@ from rigrunner.api.figures import Axis, Curve
 from rigrunner.api.findings import Findings, MeasurementResult, ResultDefinition
 from rigrunner.api.quantity import Estimate
 from rigrunner_panel.live.story import UNKEPT, Story
-from rigrunner_panel.process.messages import Analysed, Drawn, Ended, Failed, Found, Show, Values
+from rigrunner_panel.process.messages import (
+    Analysed,
+    Drawn,
+    Ended,
+    Failed,
+    LiveFindings,
+    Show,
+    Values,
+)
 from rigrunner_panel.view.board import SECTIONS, Board
 from rigrunner_panel.view.manual import DriveView, ManualView
 from rigrunner_panel.view.sections import (
@@ -463,6 +471,6 @@ def test_a_preflight_fills_and_lets_start_only_without_a_failure(board):
 def test_what_the_analyses_show_by_now_is_on_the_screen(board, story):
     of = ResultDefinition(name="voltage", text="output voltage", unit="V")
     now = MeasurementResult(of=of, estimate=Estimate(5.0, nan, nan, "V"), readings=300)
-    story.take(Found(Findings(results=(now,))))
+    story.take(LiveFindings(Findings(results=(now,))))
     (row,) = board.get("live").results
     assert (row.name, row.value, row.U, row.readings) == ("voltage", 5.0, None, 300)

@@ -1,4 +1,4 @@
-"""The analysis `curve`, against certified values and computations of its own."""
+"""The analysis `curve`, against certified values and independent computations."""
 
 from __future__ import annotations
 
@@ -49,47 +49,47 @@ def run_of(measured, *instruments, recordings=()) -> RunData:
     return RunData(
         run_id="r", procedure_id="P", procedure_revision="A", procedure_title="", station_id="s",
         started_utc=START, ended_utc=START, outcome="completed", inputs={},
-        instruments={each.channel: each for each in instruments},
+        instruments={instrument.channel: instrument for instrument in instruments},
         zeros={}, recordings=tuple(recordings), measurements=tuple(measured),
     )  # fmt: skip
 
 
 def findings(run, results, fit=LINE, **settings):
-    told = {"of": "cell.signal", "over": "lever.torque", "fit": fit, "results": results} | settings
-    return Scrutiny(load_registry()).make("analysis", "curve", told)(run)
+    common = {"of": "cell.signal", "over": "lever.torque", "fit": fit, "results": results}
+    return Scrutiny(load_registry()).make("analysis", "curve", common | settings)(run)
 
 
-def found(run, results, fit=LINE, **settings):
-    return {each.name: each for each in findings(run, results, fit, **settings).results}
+def results_of(run, results, fit=LINE, **settings):
+    return {result.name: result for result in findings(run, results, fit, **settings).results}
 
 
 def nist(name):
     """Return y, the columns of x, and certified values with standard deviations."""
     lines = (STRD / f"{name}.dat").read_text(encoding="utf-8").splitlines()
     data = np.array([list(map(float, line.split())) for line in lines[60:] if line.strip()])
-    told = [line.split() for line in lines[:60]]
+    table = [line.split() for line in lines[:60]]
     certified = [
         (float(words[1]), float(words[2]))
-        for words in told
+        for words in table
         if len(words) == 3 and re.fullmatch("B[0-9]", words[0])
     ]
     return data[:, 0], data[:, 1:], np.array(certified)
 
 
 @pytest.mark.parametrize(("name", "degree", "digits"), [("Norris", 1, 11), ("Pontius", 2, 11)])
-def test_parameters_are_those_that_nist_certifies(name, degree, digits):
+def test_parameters_equal_those_certified_by_nist(name, degree, digits):
     y, x, certified = nist(name)
     units = {"cell.signal": "1", "lever.torque": "1"}
-    told = {f"c{k}": {"name": f"b{k}", "unit": "1"} for k in range(degree + 1)}
+    results = {f"c{k}": {"name": f"b{k}", "unit": "1"} for k in range(degree + 1)}
     run = run_of(rows(x[:, 0], y, units=units))
-    got = found(run, {"parameters": told}, {"polynomial": {"degree": degree}})
+    got = results_of(run, {"parameters": results}, {"polynomial": {"degree": degree}})
     for k, (value, u) in enumerate(certified):
         assert got[f"b{k}"].estimate.value == pytest.approx(value, rel=10.0**-digits)
         assert got[f"b{k}"].components[0].u == pytest.approx(u, rel=1e-9)
         assert got[f"b{k}"].components[0].dof == len(y) - degree - 1
 
 
-def test_several_regressors_are_those_that_nist_certifies():
+def test_several_regressors_equal_those_certified_by_nist():
     y, x, certified = nist("Longley")
     names = [f"x{k}" for k in range(1, 7)]
     sources = {name: f"in.{name}" for name in names}
@@ -99,18 +99,18 @@ def test_several_regressors_are_those_that_nist_certifies():
         for row, value in zip(x, y, strict=True)
     ]  # fmt: skip
     measured = [
-        Measurement(each.name, START, each.setpoints, each.values,
-                    dict.fromkeys((*each.setpoints, *each.values), "1"))
-        for each in measured
+        Measurement(row.name, START, row.setpoints, row.values,
+                    dict.fromkeys((*row.setpoints, *row.values), "1"))
+        for row in measured
     ]  # fmt: skip
     model = "b0 + " + " + ".join(f"b{k}*x{k}" for k in range(1, 7))
     fit = {"expression": {"over": names, "model": model, "start": {f"b{k}": 1 for k in range(7)}}}
     at = {name: f"{value:.6f} 1" for name, value in zip(names, x.mean(axis=0), strict=True)}
-    told = {
+    results = {
         "parameters": {f"b{k}": {"name": f"b{k}", "unit": "1"} for k in range(7)},
         "value": {"name": "middle", "unit": "1", "at": at},
     }
-    got = found(run_of(measured), told, fit, over=sources)
+    got = results_of(run_of(measured), results, fit, over=sources)
     for k, (value, u) in enumerate(certified):
         assert got[f"b{k}"].estimate.value == pytest.approx(value, rel=1e-9)
         assert got[f"b{k}"].components[0].u == pytest.approx(u, rel=1e-9)
@@ -124,9 +124,9 @@ NOISE = np.array([1.2, -0.7, 0.3, -1.1, 0.9, -0.4]) * 1e-3
 Y = 0.05 + 0.2 * X + NOISE
 
 
-def test_a_gain_and_an_offset_act_as_one_error_on_all_points():
+def test_gain_and_offset_act_as_one_error_on_all_points():
     """y = a + b x: a gain g of y moves b by b g, an offset moves a alone."""
-    told = {
+    results = {
         "parameters": {"c0": {"name": "a", "unit": "mV"}, "c1": {"name": "b", "unit": "mV/(N·m)"}},
         "slope": {"name": "slope", "unit": "V/(N·m)"},
     }
@@ -134,208 +134,222 @@ def test_a_gain_and_an_offset_act_as_one_error_on_all_points():
     of_x = entry("lever.torque", "force", {"offset": "0.1 N"}).model_copy(
         update={"measures": "torque"}
     )
-    got = found(run_of(rows(X, Y), of_y, of_x), told)
+    got = results_of(run_of(rows(X, Y), of_y, of_x), results)
     b, a = np.polyfit(X, Y, 1)
-    line = {name: {each.name: each.u for each in got[name].components} for name in got}
-    assert line["slope"]["gain of cell.signal"] == pytest.approx(b * 0.003 / sqrt(3), rel=1e-6)
-    assert line["b"]["gain of cell.signal"] == pytest.approx(1e3 * b * 0.003 / sqrt(3), rel=1e-6)
-    assert line["a"]["gain of cell.signal"] == pytest.approx(1e3 * a * 0.003 / sqrt(3), rel=1e-6)
-    assert line["slope"]["offset of cell.signal"] == pytest.approx(0, abs=1e-9)
-    assert line["a"]["offset of cell.signal"] == pytest.approx(2 / sqrt(3), rel=1e-6)
-    assert line["a"]["offset of lever.torque"] == pytest.approx(1e3 * b * 0.1 / sqrt(3), rel=1e-5)
-    assert line["slope"]["offset of lever.torque"] == pytest.approx(0, abs=1e-9)
+    lines = {name: {line.name: line.u for line in got[name].components} for name in got}
+    assert lines["slope"]["gain of cell.signal"] == pytest.approx(b * 0.003 / sqrt(3), rel=1e-6)
+    assert lines["b"]["gain of cell.signal"] == pytest.approx(1e3 * b * 0.003 / sqrt(3), rel=1e-6)
+    assert lines["a"]["gain of cell.signal"] == pytest.approx(1e3 * a * 0.003 / sqrt(3), rel=1e-6)
+    assert lines["slope"]["offset of cell.signal"] == pytest.approx(0, abs=1e-9)
+    assert lines["a"]["offset of cell.signal"] == pytest.approx(2 / sqrt(3), rel=1e-6)
+    assert lines["a"]["offset of lever.torque"] == pytest.approx(1e3 * b * 0.1 / sqrt(3), rel=1e-5)
+    assert lines["slope"]["offset of lever.torque"] == pytest.approx(0, abs=1e-9)
 
 
-def test_an_error_in_one_figure_acts_with_its_greatest_effect():
-    """Of a slope the sum of |weights|: of -1 and +1 at either side of the middle."""
-    told = {"slope": {"name": "slope", "unit": "V/(N·m)"}}
-    got = found(run_of(rows(X, Y), entry("cell.signal", "voltage", "3 mV")), told)
+def test_accuracy_in_one_figure_counts_with_its_greatest_effect():
+    """For a slope the sum of |weights|: errors of -1 and +1 on either side of the middle."""
+    results = {"slope": {"name": "slope", "unit": "V/(N·m)"}}
+    got = results_of(run_of(rows(X, Y), entry("cell.signal", "voltage", "3 mV")), results)
     weights = (X - X.mean()) / np.sum((X - X.mean()) ** 2)
-    (line,) = (each for each in got["slope"].components if each.name.startswith("reading"))
+    (line,) = (line for line in got["slope"].components if line.name.startswith("reading"))
     assert line.u == pytest.approx(np.abs(weights).sum() * 0.003 / sqrt(3), rel=1e-6)
 
 
 @pytest.mark.parametrize("degree", [1, 2, 3])
 @pytest.mark.parametrize("at", ["first", "between", "last"])
-def test_the_slope_of_a_large_y_that_hardly_changes_has_the_error_of_its_readings(degree, at):
-    """10 kV that changes by 20 mV, by the exact weights of the readings in the slope."""
+def test_slope_of_large_nearly_constant_y_has_the_error_of_its_readings(degree, at):
+    """10 kV that changes by 20 mV, against the exact weights of the readings in the slope."""
     x = np.array([0.0, 1.1, 2.3, 3.0, 4.2, 5.5, 6.1, 8.0])
     y = 1e4 + 0.01 * np.sin(x)
-    place = {"first": x[0], "between": 3.7, "last": x[-1]}[at]
-    told = {"slope": {"name": "slope", "at": f"{place} N·m", "unit": "V/(N·m)"}}
+    x_at = {"first": x[0], "between": 3.7, "last": x[-1]}[at]
+    results = {"slope": {"name": "slope", "at": f"{x_at} N·m", "unit": "V/(N·m)"}}
     run = run_of(rows(x, y), entry("cell.signal", "voltage", "3 mV"))
-    got = found(run, told, {"polynomial": {"degree": degree}})["slope"]
+    got = results_of(run, results, {"polynomial": {"degree": degree}})["slope"]
     powers = np.arange(degree + 1)
     design = x[:, None] ** powers
-    gradient = powers * place ** np.maximum(powers - 1, 0)
+    gradient = powers * x_at ** np.maximum(powers - 1, 0)
     weights = gradient @ np.linalg.pinv(design)
-    (line,) = (each for each in got.components if each.name.startswith("reading"))
+    (line,) = (line for line in got.components if line.name.startswith("reading"))
     assert line.u == pytest.approx(np.abs(weights).sum() * 0.003 / sqrt(3), rel=2e-3)
     assert got.estimate.value == pytest.approx(weights @ (y - y[0]), rel=1e-6)
-    scatter = next(each for each in got.components if each.name.startswith("scatter"))
+    scatter = next(line for line in got.components if line.name.startswith("scatter"))
     residuals = y - y[0] - design @ (np.linalg.pinv(design) @ (y - y[0]))
     s = sqrt(float(residuals @ residuals) / (len(x) - degree - 1))
     assert scatter.u == pytest.approx(s * float(np.linalg.norm(weights)), rel=1e-5)
 
 
-def test_an_unknown_instrument_leaves_the_uncertainty_unknown():
-    got = found(run_of(rows(X, Y)), {"slope": {"name": "slope", "unit": "V/(N·m)"}})
+def test_unregistered_instrument_makes_u_unknown():
+    got = results_of(run_of(rows(X, Y)), {"slope": {"name": "slope", "unit": "V/(N·m)"}})
     assert isnan(got["slope"].estimate.u)
 
 
-def test_a_set_point_without_an_entry_counts_as_exact_and_a_note_says_so():
-    told = {"slope": {"name": "slope", "unit": "V/(N·m)"}}
-    notes = findings(run_of(rows(X, Y), EXACT), told).notes
+def test_set_point_without_register_entry_is_exact_with_a_note():
+    results = {"slope": {"name": "slope", "unit": "V/(N·m)"}}
+    notes = findings(run_of(rows(X, Y), EXACT), results).notes
     assert "lever.torque counts as exact: the register has no entry for it." in notes
 
 
 def simulated_inverse(readings, rng):
-    """Return x found backwards for y of x = 7, in each of many calibrations."""
+    """Return x at the y of x = 7, in each of many calibrations."""
     s, trials = 1e-3, 40_000
     y = 0.05 + 0.2 * X + rng.normal(0, s, (trials, len(X)))
-    asked = 0.05 + 0.2 * 7 + (rng.normal(0, s / sqrt(readings), trials) if readings else 0.0)
+    y_read = 0.05 + 0.2 * 7 + (rng.normal(0, s / sqrt(readings), trials) if readings else 0.0)
     middle = X - X.mean()
     slopes = y @ middle / (middle @ middle)
-    return X.mean() + (asked - y.mean(axis=1)) / slopes, s
+    return X.mean() + (y_read - y.mean(axis=1)) / slopes, s
 
 
 @pytest.mark.parametrize("readings", [None, 1, 4])
-def test_a_calibration_used_backwards_is_as_sure_as_many_calibrations_show(readings):
-    found_x, s = simulated_inverse(readings, np.random.default_rng(5))
-    told = {"x_at": {"name": "x", "unit": "N·m", "y": "1.45 V"} | (
+def test_u_of_inverse_use_equals_scatter_of_simulated_calibrations(readings):
+    simulated_x, s = simulated_inverse(readings, np.random.default_rng(5))
+    results = {"x_at": {"name": "x", "unit": "N·m", "y": "1.45 V"} | (
         {"readings": readings} if readings else {})}  # fmt: skip
     y = 0.05 + 0.2 * X + NOISE
-    got = found(run_of(rows(X, y), EXACT), told)["x"]
+    got = results_of(run_of(rows(X, y), EXACT), results)["x"]
     line, residual = np.polyfit(X, y, 1), np.polyval(np.polyfit(X, y, 1), X) - y
     scale = s / sqrt(residual @ residual / 4)  # the scatter of the trials, not of this calibration
     assert got.estimate.value == pytest.approx((1.45 - line[1]) / line[0], rel=1e-9)
-    assert got.components[0].u * scale == pytest.approx(found_x.std(), rel=0.02)
+    assert got.components[0].u * scale == pytest.approx(simulated_x.std(), rel=0.02)
     assert got.components[0].dof == 4
 
 
-def test_a_gain_of_the_meter_cancels_where_the_same_meter_reads_both():
-    """It calibrates and is used with one and the same gain: x does not depend on it."""
+def test_gain_of_the_meter_cancels_if_the_same_meter_reads_both():
+    """Calibration and use have the same gain: x does not depend on it."""
     gain = entry("cell.signal", "voltage", {"gain": "1 %", "offset": "5 mV"})
     run = run_of(rows(X, Y), gain)
-    given = found(run, {"x_at": {"name": "x", "unit": "N·m", "y": "1.45 V"}})["x"]
-    read = found(run, {"x_at": {"name": "x", "unit": "N·m", "y": "1.45 V", "readings": 1}})["x"]
-    of_gain = {each.name: each.u for each in given.components}["gain of cell.signal"]
+    fixed_y = results_of(run, {"x_at": {"name": "x", "unit": "N·m", "y": "1.45 V"}})["x"]
+    with_reading = results_of(
+        run, {"x_at": {"name": "x", "unit": "N·m", "y": "1.45 V", "readings": 1}}
+    )["x"]
+    of_gain = {line.name: line.u for line in fixed_y.components}["gain of cell.signal"]
     assert of_gain == pytest.approx(1.45 * 0.01 / sqrt(3) / 0.2, rel=0.01)
-    for each in read.components[1:]:
-        assert each.u == pytest.approx(0, abs=1e-6)
+    for line in with_reading.components[1:]:
+        assert line.u == pytest.approx(0, abs=1e-6)
 
 
-def test_an_unknown_is_found_by_its_own_readings():
+def test_unknown_x_is_computed_from_its_own_readings():
     labels = [{"phase": "calibration"}] * 6 + [{"phase": "unknown"}] * 2
     run = run_of(rows([*X, 3, 3], [*Y, 1.449, 1.451], labels=labels), EXACT)
-    told = {"x_at": {"name": "x", "unit": "N·m", "where": {"phase": "unknown"}}}
-    got = found(run, told, where={"phase": "calibration"})["x"]
+    results = {"x_at": {"name": "x", "unit": "N·m", "where": {"phase": "unknown"}}}
+    got = results_of(run, results, where={"phase": "calibration"})["x"]
     slope, constant = np.polyfit(X, Y, 1)
     assert got.estimate.value == pytest.approx((1.45 - constant) / slope, rel=1e-9)
     assert got.readings == 6
 
 
-def test_an_unknown_that_was_not_read_is_missing_and_the_other_results_stand():
-    told = {
+def test_unread_unknown_is_missing_and_other_results_remain():
+    results = {
         "x_at": [
             {"name": "x", "unit": "N·m", "where": {"phase": "unknown"}},
             {"name": "given", "unit": "N·m", "y": "1.45 V"},
         ],
         "slope": {"name": "slope", "unit": "V/(N·m)"},
     }
-    got = findings(run_of(rows(X, Y), EXACT), told)
-    assert {each.name for each in got.results} == {"given", "slope"}
+    got = findings(run_of(rows(X, Y), EXACT), results)
+    assert {result.name for result in got.results} == {"given", "slope"}
     (x,) = got.missing
     assert x.sentence == (
         "There is no value of x: cell.signal was not measured at phase = unknown."
     )
 
 
-def test_a_shared_error_of_x_has_its_sign():
-    """x too high by a share g makes the slope too low by it; an equation needs the sign."""
+def test_shared_error_of_x_keeps_its_sign():
+    """x too high by a fraction g makes the slope too low by g; an equation needs the sign."""
     meter = entry("meter.current", "current", {"gain": "1 %"})
     run = run_of(rows(X, Y, over="meter.current", read=True), EXACT, meter)
-    slope = found(run, {"slope": {"name": "slope", "unit": "Ω"}}, over="meter.current")["slope"]
-    (line,) = (each for each in slope.components if each.name == "gain of meter.current")
+    slope = results_of(run, {"slope": {"name": "slope", "unit": "Ω"}}, over="meter.current")[
+        "slope"
+    ]
+    (line,) = (line for line in slope.components if line.name == "gain of meter.current")
     assert line.sensitivity == pytest.approx(-slope.estimate.value, rel=1e-5)
     assert line.u == pytest.approx(slope.estimate.value * 0.01 / sqrt(3), rel=1e-5)
 
 
-def test_what_the_curve_does_not_give_is_missing_with_the_reason():
-    told = {
+def test_value_outside_the_curve_is_missing_with_the_reason():
+    results = {
         "value": {"name": "far", "unit": "V", "at": "12 N·m"},
         "x_at": {"name": "x", "unit": "N·m", "y": "9 V"},
         "slope": {"name": "slope", "unit": "V/(N·m)"},
     }
-    got = findings(run_of(rows(X, Y), EXACT), told)
-    assert [each.name for each in got.results] == ["slope"]
-    assert [each.name for each in got.missing] == ["far", "x"]
+    got = findings(run_of(rows(X, Y), EXACT), results)
+    assert [result.name for result in got.results] == ["slope"]
+    assert [gap.name for gap in got.missing] == ["far", "x"]
     assert "12 N·m is outside the points, 0 to 10 N·m" in got.missing[0].why
     assert "the value 9 V nowhere" in got.missing[1].why
 
 
-def test_a_place_at_which_there_is_no_curve_leaves_those_of_the_others():
-    """At 2 A there is one point, of which no line can be made; at 3 A the points end at 5 N·m."""
+def test_place_without_a_curve_leaves_results_of_other_places():
+    """At 2 A there is one point, too few for a line; at 3 A the points end at 5 N·m."""
     loads = [{"load": "1 A"}] * 6 + [{"load": "2 A"}] + [{"load": "3 A"}] * 6
     x, y = [*X, 3, *(X / 2)], [*Y, 1.4, *(Y / 2)]
-    told = {
+    results = {
         "slope": {"name": "slope", "unit": "V/(N·m)"},
         "value": {"name": "at_8", "unit": "V", "at": "8 N·m"},
     }
-    got = findings(run_of(rows(x, y, labels=loads), EXACT), told, per="load")
-    assert [(each.name, each.place) for each in got.results] == [
+    got = findings(run_of(rows(x, y, labels=loads), EXACT), results, per="load")
+    assert [(result.name, result.place) for result in got.results] == [
         ("at_8", "load = 1 A"), ("slope", "load = 1 A"), ("slope", "load = 3 A"),
     ]  # fmt: skip
-    alone = findings(run_of(rows(X, Y), EXACT), told)
-    # As text: since Python 3.13 equal records with a value that is no number are not equal.
+    alone = findings(run_of(rows(X, Y), EXACT), results)
+    # As text: since Python 3.13 equal records with a NaN are not equal.
     assert [
-        [repr(replace(line, of_points="")) for line in each.components]
-        for each in got.results
-        if each.place == "load = 1 A"
-    ] == [[repr(replace(line, of_points="")) for line in each.components] for each in alone.results]
-    assert [(each.name, each.place) for each in got.missing] == [
+        [repr(replace(line, of_points="")) for line in result.components]
+        for result in got.results
+        if result.place == "load = 1 A"
+    ] == [
+        [repr(replace(line, of_points="")) for line in result.components]
+        for result in alone.results
+    ]
+    assert [(gap.name, gap.place) for gap in got.missing] == [
         ("at_8", "load = 2 A"), ("at_8", "load = 3 A"), ("slope", "load = 2 A"),
     ]  # fmt: skip
     assert "8 N·m is outside the points, 0 to 5 N·m" in got.missing[1].why
 
 
-def test_a_curve_that_no_place_gives_is_refused():
+def test_curve_without_a_value_at_any_place_is_refused():
     loads = [{"load": "1 A"}, {"load": "2 A"}]
-    told = {"slope": {"name": "slope", "unit": "V/(N·m)"}}
+    results = {"slope": {"name": "slope", "unit": "V/(N·m)"}}
     with pytest.raises(DataError):
-        findings(run_of(rows([1, 2], [1, 2], labels=loads), EXACT), told, per="load")
+        findings(run_of(rows([1, 2], [1, 2], labels=loads), EXACT), results, per="load")
 
 
-def test_a_curve_that_takes_a_value_twice_is_not_used_backwards():
+def test_curve_that_takes_a_value_twice_is_not_inverted():
     run = run_of(rows(X, (X - 5) ** 2 + NOISE), EXACT)
-    told = {"x_at": {"name": "x", "unit": "N·m", "y": "4 V"}}
-    got = findings(run, told, {"polynomial": {"degree": 2}})
+    results = {"x_at": {"name": "x", "unit": "N·m", "y": "4 V"}}
+    got = findings(run, results, {"polynomial": {"degree": 2}})
     assert "at 2 places" in got.missing[0].why
 
 
-def test_a_value_of_a_nonlinear_fit_with_units():
-    """U = U0 exp(-x/x0) exactly: 10 V, 4 N·m; its start is given in other units."""
+def test_no_x_if_the_slope_is_not_significant():
+    y = 1 + 0.001 * X + np.array([1, -1, 1, -1, 1, -1]) * 0.1
+    results = {"x_at": {"name": "x", "unit": "N·m", "y": f"{y.mean()} V"}}
+    got = findings(run_of(rows(X, y), EXACT), results)
+    assert "is not significantly different from zero" in got.missing[0].why
+
+
+def test_values_and_parameters_of_a_nonlinear_fit_have_units():
+    """U = U0 exp(-x/x0) exactly: 10 V, 4 N·m; the start values are in other units."""
     y = 10 * np.exp(-X / 4) * (1 + np.array([1, -1, 1, -1, 1, -1]) * 1e-6)
     fit = {"expression": {"over": ["x"], "model": "U0*exp(-x/x0)",
                           "start": {"U0": "9000 mV", "x0": "3 N·m"}}}  # fmt: skip
-    told = {
+    results = {
         "parameters": {"x0": {"name": "decay", "unit": "mN·m"}, "U0": {"name": "U0", "unit": "mV"}},
         "value": {"name": "at_3", "unit": "mV", "at": "3 N·m"},
     }
-    got = found(run_of(rows(X, y), EXACT), told, fit)
+    got = results_of(run_of(rows(X, y), EXACT), results, fit)
     assert got["decay"].estimate.value == pytest.approx(4000, rel=1e-5)
     assert got["U0"].estimate.value == pytest.approx(10_000, rel=1e-5)
     assert got["at_3"].estimate.value == pytest.approx(10_000 * np.exp(-0.75), rel=1e-5)
 
 
-def test_a_parameter_in_a_unit_of_another_kind_is_refused():
-    told = {"parameters": {"c1": {"name": "b", "unit": "V"}}}
+def test_parameter_in_a_unit_of_another_quantity_is_refused():
+    results = {"parameters": {"c1": {"name": "b", "unit": "V"}}}
     with pytest.raises(
         DataError, match=r"b is stated in V; the parameter 'c1' of the fit is in V/"
     ):
-        found(run_of(rows(X, Y), EXACT), told)
+        results_of(run_of(rows(X, Y), EXACT), results)
     with pytest.raises(DataError, match="no parameter 'c7'; it has: c0, c1"):
-        found(run_of(rows(X, Y), EXACT), {"parameters": {"c7": {"name": "b", "unit": "V"}}})
+        results_of(run_of(rows(X, Y), EXACT), {"parameters": {"c7": {"name": "b", "unit": "V"}}})
 
 
 BENT = np.array([0, 1.03, 2.045, 3.03, 4.0])
@@ -344,11 +358,11 @@ BENT = np.array([0, 1.03, 2.045, 3.03, 4.0])
 
 def test_nonlinearity_is_the_greatest_deviation_from_the_best_line():
     run = run_of(rows(range(5), BENT), EXACT)
-    told = {"nonlinearity": [
+    results = {"nonlinearity": [
         {"name": "linearity", "unit": "mV"},
         {"name": "of_span", "unit": "%", "of_span": "yes"},
     ]}  # fmt: skip
-    got = found(run, told)
+    got = results_of(run, results)
     assert got["linearity"].estimate.value == pytest.approx(24.0, rel=1e-9)
     assert got["of_span"].estimate.value == pytest.approx(100 * 0.024 / 4.0, rel=1e-9)
     s = sqrt(sum(np.array([21, 9, 24, 9, 21]) ** 2) / 3)
@@ -356,97 +370,97 @@ def test_nonlinearity_is_the_greatest_deviation_from_the_best_line():
     assert got["linearity"].components[0].u == pytest.approx(s * sqrt(1 - 0.2), rel=1e-9)
 
 
-def test_a_gain_drops_out_of_a_share_and_leaves_no_rounding_error():
-    """What another machine rounds in another way would be a difference to `rigrunner verify`."""
+def test_gain_cancels_in_a_ratio_without_rounding_error():
+    """Rounding errors differ between machines, and `rigrunner verify` would report them."""
     accuracy = {"gain": "0.1 %", "offset": "1 mV"}
     run = run_of(rows(range(5), BENT), entry("cell.signal", "voltage", accuracy))
-    told = {"nonlinearity": [
+    results = {"nonlinearity": [
         {"name": "linearity", "unit": "mV"},
         {"name": "of_span", "unit": "%", "of_span": "yes"},
     ]}  # fmt: skip
-    got = found(run, told)
-    assert [each.u for each in got["of_span"].components[1:]] == [0.0, 0.0]
+    got = results_of(run, results)
+    assert [line.u for line in got["of_span"].components[1:]] == [0.0, 0.0]
     gain, offset = got["linearity"].components[1:]
     assert gain.u == pytest.approx(0.001 / sqrt(3) * 24, rel=1e-6)
     assert offset.u == 0
 
 
-def test_a_share_of_a_span_of_nothing_is_left_out():
+def test_nonlinearity_relative_to_a_span_of_zero_is_missing():
     run = run_of(rows(range(5), np.ones(5)), EXACT)
-    told = {"nonlinearity": {"name": "of_span", "unit": "%", "of_span": "yes"}}
-    got = findings(run, told)
+    results = {"nonlinearity": {"name": "of_span", "unit": "%", "of_span": "yes"}}
+    got = findings(run, results)
     assert not got.results
     (missing,) = got.missing
     assert "its span is 0" in missing.why
 
 
 UP_AND_DOWN = [{"way": "up"}] * 3 + [{"way": "down"}] * 3
-BOTH = {"way": ["up", "down"]}
+BOTH_WAYS = {"way": ["up", "down"]}
 
 
-def test_hysteresis_is_falling_less_rising_and_zero_return_that_at_zero():
+def test_hysteresis_is_falling_minus_rising_and_zero_return_is_that_at_zero():
     x = [0, 5, 10, 10, 5, 0]
     y = [0.000, 1.000, 2.000, 2.002, 1.010, 0.004]
-    told = {
-        "hysteresis": {"name": "hysteresis", "unit": "mV", "between": BOTH},
-        "zero_return": {"name": "zero", "unit": "mV", "between": BOTH},
+    results = {
+        "hysteresis": {"name": "hysteresis", "unit": "mV", "between": BOTH_WAYS},
+        "zero_return": {"name": "zero", "unit": "mV", "between": BOTH_WAYS},
     }
     run = run_of(rows(x, y, labels=UP_AND_DOWN), entry("cell.signal", "voltage", "1 mV"))
-    got = found(run, told)
+    got = results_of(run, results)
     assert got["hysteresis"].estimate.value == pytest.approx(10.0, rel=1e-9)
     assert got["zero"].estimate.value == pytest.approx(4.0, rel=1e-9)
-    lines = [each.u for each in got["zero"].components[1:]]
-    assert lines == pytest.approx([1 / sqrt(3)] * 2, rel=1e-6)  # of each reading its own error
+    lines = [line.u for line in got["zero"].components[1:]]
+    assert lines == pytest.approx([1 / sqrt(3)] * 2, rel=1e-6)  # each reading has its own error
 
 
-def test_hysteresis_does_not_mind_that_a_read_x_is_not_quite_the_same():
+def test_hysteresis_tolerates_small_differences_of_a_measured_x():
     """The spring's travel is read: 5.00 and 5.02 mm on a slope of 0.2 are no hysteresis."""
     x = np.array([0, 5.00, 10, 10.01, 5.02, 0.01])
     run = run_of(rows(x, 0.2 * x, labels=UP_AND_DOWN, read=True), EXACT,
                  entry("lever.torque", "force", "0.001 N"))  # fmt: skip
-    told = {"hysteresis": {"name": "hysteresis", "unit": "mV", "between": BOTH}}
-    assert found(run, told)["hysteresis"].estimate.value == pytest.approx(0, abs=1e-9)
+    results = {"hysteresis": {"name": "hysteresis", "unit": "mV", "between": BOTH_WAYS}}
+    assert results_of(run, results)["hysteresis"].estimate.value == pytest.approx(0, abs=1e-9)
 
 
-def test_a_loop_of_many_set_points_is_compared_at_each_of_them():
-    """Falling lies above rising by 10 sin(πx/100) mV: 10 mV at 50, and nothing at 0."""
+def test_loop_of_many_set_points_is_compared_at_each_of_them():
+    """Falling is above rising by 10 sin(πx/100) mV: 10 mV at 50, and 0 at 0."""
     up = np.linspace(0, 100, 121)
     x, off = np.r_[up, up[::-1]], np.r_[0 * up, 0.010 * np.sin(np.pi * up[::-1] / 100)]
     labels = [{"way": "up"}] * len(up) + [{"way": "down"}] * len(up)
-    told = {
-        "hysteresis": {"name": "hysteresis", "unit": "mV", "between": BOTH},
-        "zero_return": {"name": "zero", "unit": "mV", "between": BOTH},
+    results = {
+        "hysteresis": {"name": "hysteresis", "unit": "mV", "between": BOTH_WAYS},
+        "zero_return": {"name": "zero", "unit": "mV", "between": BOTH_WAYS},
     }
-    got = found(run_of(rows(x, 0.2 * x + off, labels=labels), EXACT), told)
+    got = results_of(run_of(rows(x, 0.2 * x + off, labels=labels), EXACT), results)
     assert got["hysteresis"].estimate.value == pytest.approx(10.0, rel=1e-9)
     assert got["zero"].estimate.value == pytest.approx(0, abs=1e-9)
 
 
-def test_the_nonlinearity_of_many_points_is_that_at_one_of_them():
+def test_nonlinearity_of_many_points_is_the_deviation_of_one_point():
     x = np.linspace(0, 100, 121)
     y = 0.2 * x + np.where(x == 50, 0.010, 0)
-    told = {"nonlinearity": {"name": "linearity", "unit": "mV"}}
-    got = found(run_of(rows(x, y), EXACT), told)["linearity"]
+    results = {"nonlinearity": {"name": "linearity", "unit": "mV"}}
+    got = results_of(run_of(rows(x, y), EXACT), results)["linearity"]
     assert got.estimate.value == pytest.approx(10.0 * (1 - 1 / len(x)), rel=1e-6)
 
 
-def test_readings_of_many_x_are_compared_within_one_percent_of_their_range():
+def test_many_measured_x_are_compared_within_one_percent_of_their_range():
     up = np.linspace(0, 100, 121)
     x, off = np.r_[up, up[::-1]], np.r_[0 * up, 0.010 * np.sin(np.pi * up[::-1] / 100)]
     labels = [{"way": "up"}] * len(up) + [{"way": "down"}] * len(up)
-    told = {"hysteresis": {"name": "hysteresis", "unit": "mV", "between": BOTH}}
+    results = {"hysteresis": {"name": "hysteresis", "unit": "mV", "between": BOTH_WAYS}}
     run = run_of(rows(x, 0.2 * x + off, labels=labels, read=True), EXACT,
                  entry("lever.torque", "force", "0.001 N"))  # fmt: skip
-    least = 10 * np.sin(np.pi * 0.49)  # all within 1 % of the middle are above
-    assert least < found(run, told)["hysteresis"].estimate.value < 10.0
+    lower = 10 * np.sin(np.pi * 0.49)  # all within 1 % of the middle are above
+    assert lower < results_of(run, results)["hysteresis"].estimate.value < 10.0
 
 
-def test_repeated_values_say_how_sure_a_hysteresis_is():
+def test_repeated_values_give_u_of_hysteresis():
     x = [0, 5, 10, 10, 5, 0] * 2
     y = [0.001, 1.0, 2.0, 2.0, 1.0, 0.011, -0.001, 1.0, 2.0, 2.0, 1.0, 0.009]
     labels = UP_AND_DOWN * 2
-    told = {"hysteresis": {"name": "hysteresis", "unit": "mV", "between": BOTH}}
-    got = found(run_of(rows(x, y, labels=labels), EXACT), told)["hysteresis"]
+    results = {"hysteresis": {"name": "hysteresis", "unit": "mV", "between": BOTH_WAYS}}
+    got = results_of(run_of(rows(x, y, labels=labels), EXACT), results)["hysteresis"]
     # pooled: two pairs 2 mV apart, four that agree: s² = 2·(2 mV²)/6, and twice s²/2
     assert got.estimate.value == pytest.approx(10.0, rel=1e-9)
     assert (got.components[0].u, got.components[0].dof) == pytest.approx(
@@ -454,7 +468,7 @@ def test_repeated_values_say_how_sure_a_hysteresis_is():
     )
 
 
-def test_a_hysteresis_without_repeated_values_is_no_scatter_of_itself():
+def test_hysteresis_without_repeated_values_takes_u_from_the_curves():
     """Rising y = 0.2 x, falling 0.2 x + 10 mV, each ± 1 mV about its line, by hand.
 
     Residuals of +1, -1, -1, +1 mV are orthogonal to 1 and to x, so that s² = 4 mV² / (4 - 2) in
@@ -464,56 +478,58 @@ def test_a_hysteresis_without_repeated_values_is_no_scatter_of_itself():
     off = np.array([1, -1, -1, 1, 1, -1, -1, 1]) / 1000
     way = [{"way": "up"}] * 4 + [{"way": "down"}] * 4
     y = 0.2 * x + off + np.array([0.0] * 4 + [0.010] * 4)
-    told = {"hysteresis": {"name": "hysteresis", "unit": "mV", "between": BOTH}}
-    got = found(run_of(rows(x, y, labels=way), EXACT), told)["hysteresis"]
+    results = {"hysteresis": {"name": "hysteresis", "unit": "mV", "between": BOTH_WAYS}}
+    got = results_of(run_of(rows(x, y, labels=way), EXACT), results)["hysteresis"]
     assert got.estimate.value == pytest.approx(10.0, rel=1e-9)
     assert got.components[0].u == pytest.approx(2.0, rel=1e-9)
     assert got.components[0].dof == pytest.approx(4.0)
 
 
-def test_a_curve_for_each_value_of_a_coordinate():
+def test_curve_is_fitted_for_each_value_of_a_coordinate():
     labels = [{"lot": "a"}] * 6 + [{"lot": "b"}] * 6
     run = run_of(rows([*X, *X], [*Y, *(2 * Y)], labels=labels), EXACT)
     got = findings(run, {"slope": {"name": "slope", "unit": "V/(N·m)"}}, per="lot").results
-    slopes = {str(each.coordinates["lot"]): each.estimate.value for each in got}
+    slopes = {str(result.coordinates["lot"]): result.estimate.value for result in got}
     assert slopes["b"] == pytest.approx(2 * slopes["a"], rel=1e-9)
 
 
-def test_a_recording_is_a_point_by_its_statistic():
+def test_recording_is_a_point_with_the_value_of_its_statistic():
     recordings = [
         Recording(f"r{i}", 100.0, START, {"lever.torque": x}, {"cell.signal": np.array([y, y + 2])},
                   UNITS)
         for i, (x, y) in enumerate(zip(X, Y, strict=True))
     ]  # fmt: skip
     run = run_of([], EXACT, recordings=recordings)
-    told = {"parameters": {"c0": {"name": "a", "unit": "V"}}}
-    highest = found(run, told, statistic="maximum")["a"].estimate.value
+    results = {"parameters": {"c0": {"name": "a", "unit": "V"}}}
+    highest = results_of(run, results, statistic="maximum")["a"].estimate.value
     assert highest == pytest.approx(np.polyfit(X, Y, 1)[1] + 2, rel=1e-9)
 
 
-def test_temperatures_count_from_zero_celsius_unless_told():
+def test_temperatures_count_from_0_celsius_by_default():
     celsius = np.array([0, 25, 50, 75, 100.0])
     run = run_of(rows(celsius + 273.15, 1 + 0.01 * celsius, over="room.air"), EXACT)
-    told = {"parameters": {"c0": {"name": "a", "unit": "V"}},
+    results = {"parameters": {"c0": {"name": "a", "unit": "V"}},
             "x_at": {"name": "t", "unit": "°C", "y": "1.6 V"}}  # fmt: skip
-    got = found(run, told, over="room.air")
+    got = results_of(run, results, over="room.air")
     assert got["a"].estimate.value == pytest.approx(1.0, rel=1e-9)
     assert got["t"].estimate.value == pytest.approx(60.0, rel=1e-9)
-    got = found(run, told, over="room.air", reference="50 °C")
+    got = results_of(run, results, over="room.air", reference="50 °C")
     assert got["a"].estimate.value == pytest.approx(1.5, rel=1e-9)
 
 
-def test_the_analysis_names_the_fit_that_it_took_and_refuses_an_unknown_one():
+def test_unknown_fit_is_refused_with_its_name():
     with pytest.raises(PluginError, match="there is no fit 'polynom'"):
-        found(run_of(rows(X, Y), EXACT), {"slope": {"name": "s", "unit": "V/(N·m)"}}, "polynom")
+        results_of(
+            run_of(rows(X, Y), EXACT), {"slope": {"name": "s", "unit": "V/(N·m)"}}, "polynom"
+        )
 
 
-def test_the_figure_has_points_curve_band_and_residuals():
+def test_figure_has_points_curve_band_and_residuals():
     celsius = np.array([0, 25, 50, 75, 100.0])
     y = 1 + 0.01 * celsius + np.array([1, -1, 0, -1, 1]) * 1e-3
-    told = {"slope": {"name": "slope", "unit": "V/K"}}
+    results = {"slope": {"name": "slope", "unit": "V/K"}}
     run = run_of(rows(celsius + 273.15, y, over="room.air"), EXACT)
-    upper, lower = findings(run, told, over="room.air").figures
+    upper, lower = findings(run, results, over="room.air").figures
     assert (upper.of, str(upper.x), lower.of, lower.x) == (
         "slope",
         "room.air / °C",
@@ -522,10 +538,10 @@ def test_the_figure_has_points_curve_band_and_residuals():
     )
     curve, points = upper.series
     assert (curve.kind, points.kind) == ("line", "points")
-    assert [each.x for each in points.points] == pytest.approx(celsius)
-    assert [each.y for each in points.points] == pytest.approx(y)
+    assert [point.x for point in points.points] == pytest.approx(celsius)
+    assert [point.y for point in points.points] == pytest.approx(y)
     residuals = y - np.polyval(np.polyfit(celsius, y, 1), celsius)
-    left = [each.y for each in lower.series[1].points]
+    left = [point.y for point in lower.series[1].points]
     assert left == pytest.approx(residuals, abs=1e-12)
     s = sqrt(residuals @ residuals / 3)
     at_end = s * sqrt(1 / 5 + 50**2 / 6250)  # of the mean, and of the slope 50 K from it
@@ -543,17 +559,17 @@ def spring(labels=(), force=FORCE_N):
     measured = rows(
         STROKE_MM / 1000, force, of="cell.force", over="lever.travel", units=MM, labels=labels
     )
-    return [replace(each, written_in={"lever.travel": "mm"}) for each in measured]
+    return [replace(measurement, written_in={"lever.travel": "mm"}) for measurement in measured]
 
 
-def shown(measured, fit=LINE, results=LENGTH, **settings):
-    told = {"of": "cell.force", "over": "lever.travel", **settings}
-    return findings(run_of(measured), results, fit, **told)
+def spring_findings(measured, fit=LINE, results=LENGTH, **settings):
+    channels = {"of": "cell.force", "over": "lever.travel"}
+    return findings(run_of(measured), results, fit, **channels | settings)
 
 
-def test_the_formula_and_the_parameters_are_in_the_units_of_the_procedure():
+def test_formula_and_parameters_are_in_the_units_of_the_procedure():
     """Newton over millimetres by numpy, whose covariance is that of the scatter (H.3)."""
-    got = shown(spring())
+    got = spring_findings(spring())
     (c1, c0), covariance = np.polyfit(STROKE_MM, FORCE_N, 1, cov=True)
     by_name, by_value = got.formulas
     assert (by_name.symbol, by_name.text, by_name.quantities) == ("force", "c0 + c1*travel", {})
@@ -569,14 +585,14 @@ def test_the_formula_and_the_parameters_are_in_the_units_of_the_procedure():
     assert numbers == pytest.approx(np.array(expected), rel=2e-3)
     for figure in got.figures:
         assert figure.x.unit == "mm"
-        assert [each.x for each in figure.series[1].points] == pytest.approx(STROKE_MM)
-    assert [each.y for each in got.figures[0].series[1].points] == pytest.approx(FORCE_N)
+        assert [point.x for point in figure.series[1].points] == pytest.approx(STROKE_MM)
+    assert [point.y for point in got.figures[0].series[1].points] == pytest.approx(FORCE_N)
 
 
-def test_a_quadratic_has_its_powers_and_a_stated_parameter_its_unit():
+def test_quadratic_shows_its_powers_and_a_stated_parameter_its_unit():
     fit = {"polynomial": {"degree": 2}}
-    told = {"parameters": {"c1": {"name": "c", "unit": "kN/m"}}}
-    got = shown(spring(), fit, told)
+    results = {"parameters": {"c1": {"name": "c", "unit": "kN/m"}}}
+    got = spring_findings(spring(), fit, results)
     c2, c1, _ = np.polyfit(STROKE_MM, FORCE_N, 2)
     assert got.formulas[0].text == "c0 + c1*travel + c2*travel**2"
     units = {row[0]: (row[1], row[3]) for row in got.tables[0].rows}
@@ -584,11 +600,11 @@ def test_a_quadratic_has_its_powers_and_a_stated_parameter_its_unit():
     assert units["c2"] == (pytest.approx(c2, rel=1e-2), "N/mm²")
 
 
-def test_an_expression_keeps_its_names_and_counts_x_from_its_reference():
+def test_expression_keeps_its_names_and_counts_x_from_its_reference():
     fit = {
         "expression": {"over": ["s"], "model": "F0 + k*s", "start": {"F0": "1 N", "k": "9 N/mm"}}
     }
-    got = shown(spring(), fit, reference="2 mm")
+    got = spring_findings(spring(), fit, reference="2 mm")
     by_name, _ = got.formulas
     assert by_name.text == "F0 + k*(travel - origin)"
     assert by_name.quantities == {"origin": "2 mm"}
@@ -598,7 +614,7 @@ def test_an_expression_keeps_its_names_and_counts_x_from_its_reference():
 def test_curves_at_several_places_share_a_formula():
     labels = [{"way": "up"}] * 5 + [{"way": "down"}] * 5
     measured = spring(labels[:5]) + spring(labels[5:], FORCE_N + 1)
-    got = shown(measured, per="way")
+    got = spring_findings(measured, per="way")
     assert len(got.formulas) == 1
     (table,) = got.tables
     assert [row[:2] for row in table.rows] == [
@@ -606,7 +622,7 @@ def test_curves_at_several_places_share_a_formula():
     ]  # fmt: skip
 
 
-def test_a_temperature_over_which_a_curve_is_counts_from_0_celsius():
+def test_temperature_axis_counts_from_0_celsius():
     run = run_of(rows(X + 273.15, Y, over="room.air"), EXACT)
     got = findings(run, {"slope": {"name": "s", "unit": "V/K"}}, over="room.air")
     assert got.formulas[0].text == "c0 + c1*(air - origin)"
@@ -615,14 +631,14 @@ def test_a_temperature_over_which_a_curve_is_counts_from_0_celsius():
     assert [row[-1] for row in got.tables[0].rows] == ["V", "V/K"]
 
 
-def test_an_interpolation_has_no_formula():
+def test_interpolation_has_no_formula():
     recordings = [
         Recording(f"r{i}", 100.0, START, {"lever.travel": x / 1000},
                   {"cell.force": y + np.array([0.1, -0.1, 0.2, -0.2])}, MM)
         for i, (x, y) in enumerate(zip(STROKE_MM, FORCE_N, strict=True))
     ]  # fmt: skip
-    told = {"value": {"name": "F", "unit": "N", "at": "3 mm"}}
-    got = findings(run_of([], recordings=recordings), told, "pchip", of="cell.force",
+    results = {"value": {"name": "F", "unit": "N", "at": "3 mm"}}
+    got = findings(run_of([], recordings=recordings), results, "pchip", of="cell.force",
                    over="lever.travel")  # fmt: skip
     assert got.results
     assert (got.formulas, got.tables) == ((), ())
@@ -638,16 +654,16 @@ def test_an_interpolation_has_no_formula():
         ({"nonlinearity": {"name": "n", "unit": "°C"}}, ("nonlinearity", "unit"), "write K"),
     ],
 )  # fmt: skip
-def test_what_is_a_difference_is_stated_as_one(results, key, words):
-    """A parameter in °C would be 293.15 °C of 293.15 K: whether it is a difference, a fit knows."""
+def test_difference_must_be_stated_as_a_difference(results, key, words):
+    """A parameter of 293.15 K would be 293.15 °C: only the fit knows that it is a difference."""
     of = "in.level" if "dBm" in str(results) else "room.air"
     units = UNITS | {"in.level": "dBm"}
-    told = {"of": of, "over": "meter.current", "fit": LINE, "results": results}
+    settings = {"of": of, "over": "meter.current", "fit": LINE, "results": results}
     if key == ("statistic",):
-        told["statistic"] = "rms"
-    (found,) = load_registry().objections("curve", told, units)
-    assert found[0] in {("results", *key), key}
-    assert words in " ".join(found[1:3])
+        settings["statistic"] = "rms"
+    (objection,) = load_registry().objections("curve", settings, units)
+    assert objection[0] in {("results", *key), key}
+    assert words in " ".join(objection[1:3])
 
 
 WEIGHTED = {"polynomial": {"degree": 1, "weighted": True}}
@@ -656,26 +672,26 @@ WEIGHTED = {"polynomial": {"degree": 1, "weighted": True}}
 def noisy(torques, phase="calibration", *, way="", seed=1):
     """Return recordings of 2 V/(N·m) whose noise is 5 % of the value, and u of their means."""
     rng = np.random.default_rng(seed)
-    made = []
-    for place, torque in enumerate(torques):
+    recordings = []
+    for i, torque in enumerate(torques):
         values = 2 * torque + 0.05 * torque * rng.normal(size=40)
-        at = f"2026-01-05T{10 + seed}:{place:02d}:00+00:00"
-        made.append(
-            Recording(f"r{seed} {place}", 100.0, at, {"lever.torque": float(torque)},
+        at = f"2026-01-05T{10 + seed}:{i:02d}:00+00:00"
+        recordings.append(
+            Recording(f"r{seed} {i}", 100.0, at, {"lever.torque": float(torque)},
                       {"cell.signal": values}, UNITS, coordinates={"phase": phase, "way": way})
         )  # fmt: skip
-    return made
+    return recordings
 
 
 def recorded_points(recordings):
-    """Return x, y, and the standard uncertainty of y as the fit has it."""
-    told = {"parameters": {"c1": {"name": "b", "unit": "V/(N·m)"}}}
-    source = next(sources_of(run_of((), recordings=recordings), told))
+    """Return x, y, and the standard uncertainty of y in the fit."""
+    results = {"parameters": {"c1": {"name": "b", "unit": "V/(N·m)"}}}
+    source = next(sources_of(run_of((), recordings=recordings), results))
     return source.values.x[:, 0], source.values.y, source.values.u_y
 
 
-def sources_of(run, told):
-    settings = {"of": "cell.signal", "over": "lever.torque", "fit": WEIGHTED, "results": told}
+def sources_of(run, results):
+    settings = {"of": "cell.signal", "over": "lever.torque", "fit": WEIGHTED, "results": results}
     return sources(run, CurveSettings.model_validate(settings))
 
 
@@ -688,18 +704,18 @@ def weighted_line(x, y, u):
     return coefficients, s, s**2 * inverse
 
 
-@pytest.mark.parametrize("which", [1, 6])
-def test_x_at_y_of_a_weighted_curve_scatters_as_the_points_near_it(which):
+@pytest.mark.parametrize("i", [1, 6])
+def test_x_at_of_a_weighted_curve_scatters_as_nearby_points(i):
     """u²(x) = (u²(curve) + s² u²(y))/c1²: the noise at 2 N·m is not that at 64 N·m."""
     torques = 2.0 ** np.arange(8)
     calibration = noisy(torques)
-    unknown = noisy(torques[which : which + 1], "unknown", seed=2)
-    told = {
+    unknown = noisy(torques[i : i + 1], "unknown", seed=2)
+    results = {
         "x_at": {"name": "x", "unit": "N·m", "where": {"phase": "unknown"}},
         "parameters": {"c0": {"name": "a", "unit": "V"}, "c1": {"name": "b", "unit": "V/(N·m)"}},
     }
     run = run_of((), EXACT, recordings=calibration + unknown)
-    got = found(run, told, WEIGHTED, where={"phase": "calibration"})
+    got = results_of(run, results, WEIGHTED, where={"phase": "calibration"})
     x, y, u = recorded_points(calibration)
     (c0, c1), s, covariance = weighted_line(x, y, u)
     assert got["b"].estimate.value == pytest.approx(c1, rel=1e-9)
@@ -715,18 +731,18 @@ def test_x_at_y_of_a_weighted_curve_scatters_as_the_points_near_it(which):
 
 
 def test_deviations_of_a_weighted_curve_scatter_as_their_points():
-    """By 4000 trials of u(y), for the places of the greatest deviations."""
+    """Against 4000 trials of u(y), at the places of the greatest deviations."""
     torques = 2.0 ** np.arange(8)
-    both = noisy(torques, way="up") + noisy(torques, way="down", seed=2)
+    recordings = noisy(torques, way="up") + noisy(torques, way="down", seed=2)
     between = {"way": ["up", "down"]}
-    told = {
+    results = {
         "nonlinearity": {"name": "n", "unit": "V"},
         "hysteresis": {"name": "h", "unit": "V", "between": between},
         "zero_return": {"name": "z", "unit": "V", "between": between},
     }
-    run = run_of((), EXACT, recordings=both)
-    got = found(run, told, WEIGHTED)
-    x, y, u = recorded_points(both)
+    run = run_of((), EXACT, recordings=recordings)
+    got = results_of(run, results, WEIGHTED)
+    x, y, u = recorded_points(recordings)
     _, s, _ = weighted_line(x, y, u)
     rng = np.random.default_rng(3)
     sigma = s * u
@@ -739,8 +755,8 @@ def test_deviations_of_a_weighted_curve_scatter_as_their_points():
     deviation = off.reshape(-1, 2, 8).mean(axis=1)[:, worst]
     assert got["n"].components[0].u == pytest.approx(deviation.std(), rel=0.1)
     changes = np.diff(trials.reshape(-1, 2, 8), axis=1)[:, 0]
-    of_each_way = [weighted_line(x[way], y[way], u[way])[1] for way in (slice(0, 8), slice(8, 16))]
-    pooled = sqrt(np.mean(np.square(of_each_way))) / s
+    s_of_ways = [weighted_line(x[way], y[way], u[way])[1] for way in (slice(0, 8), slice(8, 16))]
+    pooled = sqrt(np.mean(np.square(s_of_ways))) / s
     assert got["z"].components[0].u == pytest.approx(pooled * changes[:, 0].std(), rel=0.1)
     biggest = np.argmax(np.abs(np.diff(y.reshape(2, 8), axis=0)))
     assert got["h"].components[0].u == pytest.approx(pooled * changes[:, biggest].std(), rel=0.1)
@@ -750,9 +766,9 @@ def test_repeated_values_of_a_weighted_curve_scatter_as_at_their_x():
     """At 1 N·m the noise of a mean of 40 is 0.05/sqrt(40) V, at 128 N·m it is 128 times that."""
     torques = 2.0 ** np.arange(8)
     seeds = ((1, "up"), (2, "up"), (3, "down"), (4, "down"))
-    every = [each for seed, way in seeds for each in noisy(torques, way=way, seed=seed)]
-    told = {"zero_return": {"name": "z", "unit": "V", "between": {"way": ["up", "down"]}}}
-    got = found(run_of((), EXACT, recordings=every), told, WEIGHTED)
+    recordings = [r for seed, way in seeds for r in noisy(torques, way=way, seed=seed)]
+    results = {"zero_return": {"name": "z", "unit": "V", "between": {"way": ["up", "down"]}}}
+    got = results_of(run_of((), EXACT, recordings=recordings), results, WEIGHTED)
     assert got["z"].components[0].dof == 16
-    # Two of each: u = s sqrt(1/2 + 1/2); of 16 degrees of freedom s is known to 18 %.
+    # Two of each: u = s sqrt(1/2 + 1/2); with 16 degrees of freedom s is known to 18 %.
     assert got["z"].components[0].u == pytest.approx(0.05 / sqrt(40), rel=0.4)

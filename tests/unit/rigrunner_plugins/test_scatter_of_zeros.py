@@ -10,15 +10,15 @@ import pytest
 from rigrunner.analysis.verdict.limited_values import mean_of
 from rigrunner.api.data import ZeroScatter
 from unit.rigrunner_plugins.equation import helpers_equation
-from unit.rigrunner_plugins.test_curve import EXACT, found, rows, run_of
-from unit.rigrunner_plugins.test_readings_of_two_runs import compared, meter, only, voltages
+from unit.rigrunner_plugins.test_curve import EXACT, results_of, rows, run_of
+from unit.rigrunner_plugins.test_readings_of_two_runs import budget, compare, meter, voltages
 
 CHANNEL, U, DOF = "meter.voltage", 0.3, 4.0
 
 
-def zeroed(run, zeros, channel=CHANNEL, u=U):
+def with_zeros(run, zeros, channel=CHANNEL, u=U):
     """Return a run with a zero for each row; each zero scatters by u."""
-    known = {zero: ZeroScatter(u, DOF, i + 1) for i, zero in enumerate(dict.fromkeys(zeros))}
+    scatters = {zero: ZeroScatter(u, DOF, i + 1) for i, zero in enumerate(dict.fromkeys(zeros))}
     measured = tuple(
         replace(row, zeros={channel: zero})
         for row, zero in zip(run.measurements, zeros, strict=True)
@@ -27,66 +27,66 @@ def zeroed(run, zeros, channel=CHANNEL, u=U):
         run,
         measurements=measured,
         zeros={channel: zeros[-1]},
-        zero_scatter={channel: known},
+        zero_scatter={channel: scatters},
     )
 
 
 def readings(run, **settings):
-    return compared(run, run, **settings)
+    return compare(run, run, **settings)
 
 
-def test_it_counts_once_in_a_mean_and_not_as_scatter():
-    run = zeroed(voltages(5.1, 5.3), [0.2, 0.2])
-    estimate, lines = only(readings(run))
+def test_scatter_of_zero_counts_once_in_a_mean():
+    run = with_zeros(voltages(5.1, 5.3), [0.2, 0.2])
+    estimate, lines = budget(readings(run))
     line = lines["scatter of zero of meter.voltage"]
     assert (line.u, line.dof, line.common) == (pytest.approx(U), DOF, True)
-    rest = hypot(0.1, 0.03 / sqrt(3))  # two readings, and the meter's 30 mV
-    assert estimate.u == pytest.approx(hypot(rest, U), rel=1e-6)
+    u_readings = hypot(0.1, 0.03 / sqrt(3))  # two readings, and the meter's 30 mV
+    assert estimate.u == pytest.approx(hypot(u_readings, U), rel=1e-6)
 
 
-def test_it_is_one_error_of_all_places():
-    run = zeroed(voltages(5.1, 5.1, 7.1, 7.1), [0.2] * 4)
+def test_scatter_of_zero_is_one_error_of_all_places():
+    run = with_zeros(voltages(5.1, 5.1, 7.1, 7.1), [0.2] * 4)
     measured = tuple(
         replace(row, coordinates={"phase": "ab"[i // 2]}) for i, row in enumerate(run.measurements)
     )
     at_places = readings(replace(run, measurements=measured), per="phase").results
-    assert [each.estimate.u > U for each in at_places] == [True, True]
+    assert [result.estimate.u > U for result in at_places] == [True, True]
     # equal readings do not scatter, and the meter's 30 mV are one error of both in the worst case
     assert mean_of(at_places).u == pytest.approx(hypot(U, 0.03 / sqrt(3)), rel=1e-6)
 
 
 @pytest.mark.parametrize("statistic", ["range", "standard_deviation"])
-def test_it_cancels_in_a_spread(statistic):
-    run = zeroed(voltages(5.1, 5.3, 5.2), [0.2] * 3)
-    _, lines = only(readings(run, statistic=statistic))
+def test_scatter_of_zero_cancels_in_a_spread(statistic):
+    run = with_zeros(voltages(5.1, 5.3, 5.2), [0.2] * 3)
+    _, lines = budget(readings(run, statistic=statistic))
     assert lines["scatter of zero of meter.voltage"].u == pytest.approx(0, abs=1e-9)
 
 
-def test_of_two_zeros_each_moves_its_own_values():
-    run = zeroed(voltages(5.1, 5.3, 5.2, 5.2, 5.2), [0.2] * 2 + [0.1] * 3)
-    _, lines = only(readings(run))
+def test_each_of_two_zeros_moves_its_own_values():
+    run = with_zeros(voltages(5.1, 5.3, 5.2, 5.2, 5.2), [0.2] * 2 + [0.1] * 3)
+    _, lines = budget(readings(run))
     assert lines["scatter of zero 1 of meter.voltage"].u == pytest.approx(U * 2 / 5)
     assert lines["scatter of zero 2 of meter.voltage"].u == pytest.approx(U * 3 / 5)
 
 
-def test_a_zero_before_each_reading_is_in_their_scatter():
-    run = zeroed(voltages(5.1, 5.3), [0.2, 0.1])
-    _, lines = only(readings(run))
+def test_zero_before_each_reading_is_part_of_their_scatter():
+    run = with_zeros(voltages(5.1, 5.3), [0.2, 0.1])
+    _, lines = budget(readings(run))
     assert not [name for name in lines if "zero" in name]
-    _, lines = only(readings(zeroed(voltages(5.1), [0.2])))  # one reading has no scatter
+    _, lines = budget(readings(with_zeros(voltages(5.1), [0.2])))  # one reading has no scatter
     assert lines["scatter of zero of meter.voltage"].u == pytest.approx(U)
 
 
-def test_a_partner_run_has_a_zero_of_its_own():
-    run, dark = zeroed(voltages(5.1), [0.2]), zeroed(voltages(0.2), [0.1])
-    estimate, lines = only(compared(run, dark, tare={"procedure": "DARK"}))
+def test_partner_run_has_its_own_zero():
+    run, dark = with_zeros(voltages(5.1), [0.2]), with_zeros(voltages(0.2), [0.1])
+    estimate, lines = budget(compare(run, dark, tare={"procedure": "DARK"}))
     assert lines["scatter of zero of meter.voltage"].u == pytest.approx(U)
     assert lines["scatter of zero of meter.voltage, tare run"].u == pytest.approx(U)
-    both = hypot(0.03 / sqrt(3), 0.03 / sqrt(3))
-    assert estimate.u == pytest.approx(hypot(U, U, both), rel=1e-6)
+    u_meters = hypot(0.03 / sqrt(3), 0.03 / sqrt(3))
+    assert estimate.u == pytest.approx(hypot(U, U, u_meters), rel=1e-6)
 
 
-def test_an_equation_carries_it_through():
+def test_equation_propagates_the_scatter_of_zero():
     columns = {CHANNEL: [5.1, 5.3]}
     run = helpers_equation.run_of(columns, {CHANNEL: "V"}, [meter()])
     settings = {
@@ -94,8 +94,8 @@ def test_an_equation_carries_it_through():
         "model": "twice = 2 * u",
         "result": {"name": "twice", "unit": "V"},
     }
-    (twice,) = helpers_equation.findings(settings, zeroed(run, [0.2, 0.2])).results
-    lines = {each.name: each for each in twice.components}
+    (twice,) = helpers_equation.findings(settings, with_zeros(run, [0.2, 0.2])).results
+    lines = {line.name: line for line in twice.components}
     line = lines["scatter of zero of meter.voltage"]
     assert (line.u, line.common, line.dof) == (pytest.approx(2 * U), True, pytest.approx(DOF))
 
@@ -106,25 +106,25 @@ def curve(y, zeros, **settings):
         "value": [{"name": "middle", "at": "1.5 N·m", "unit": "V"}],
         "slope": {"name": "slope", "unit": "V/(N·m)"},
     }
-    return found(zeroed(run, zeros, "cell.signal"), results, **settings)
+    return results_of(with_zeros(run, zeros, "cell.signal"), results, **settings)
 
 
-def test_a_curve_has_it_in_a_value_and_not_in_a_slope():
-    given = curve([1.0, 2.1, 2.9, 4.0], [0.0] * 4)
+def test_curve_value_has_the_scatter_of_zero_and_the_slope_has_not():
+    results = curve([1.0, 2.1, 2.9, 4.0], [0.0] * 4)
     u = {
-        name: {line.name: line.u for line in each.components}.get("scatter of zero of cell.signal")
-        for name, each in given.items()
+        name: next(line.u for line in result.components if "zero" in line.name)
+        for name, result in results.items()
     }
     assert u == {"middle": pytest.approx(U), "slope": pytest.approx(0, abs=1e-6)}
 
 
 def test_zeros_of_two_halves_of_a_line_move_its_slope():
-    given = curve([1.0, 2.1, 2.9, 4.0], [0.0, 0.0, 0.1, 0.1])["slope"]
-    lines = [line.u for line in given.components if "zero" in line.name]
+    result = curve([1.0, 2.1, 2.9, 4.0], [0.0, 0.0, 0.1, 0.1])["slope"]
+    lines = [line.u for line in result.components if "zero" in line.name]
     # the weight of a y in the slope of 0, 1, 2, 3 is (x - 1.5)/5
     assert lines == [pytest.approx(U * 2 / 5), pytest.approx(U * 2 / 5)]
 
 
-def test_a_zero_of_one_point_is_in_the_scatter_about_the_curve():
-    given = curve([1.0, 2.1, 2.9, 4.0], [0.0, 0.1, 0.2, 0.3])["middle"]
-    assert not [line for line in given.components if "zero" in line.name]
+def test_zero_of_one_point_is_part_of_the_scatter_about_the_curve():
+    result = curve([1.0, 2.1, 2.9, 4.0], [0.0, 0.1, 0.2, 0.3])["middle"]
+    assert not [line for line in result.components if "zero" in line.name]

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from rigrunner.api.studies import Observed, Trend
-from rigrunner_fleet.trends.charting import Charting, charted
+from rigrunner_fleet.trends.charting import Charting, control_chart
 from rigrunner_reports.studies.pictures import letter
 from rigrunner_reports.studies.render import html
 from rigrunner_testing.formats.studies import study_inputs
@@ -68,7 +68,7 @@ def test_a_report_stays_small_however_many_runs_there_are():
         for place, value in enumerate(values)
     ]
     how = Charting()
-    series = charted("all", observed, how)
+    series = control_chart("all", observed, how)
     assert len(series.alarms) > 200
     study = Trend(
         quantity="torque", unit="N·m", asked={}, chart="i-mr", rules=how.rule_texts(),

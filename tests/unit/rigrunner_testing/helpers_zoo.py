@@ -52,8 +52,8 @@ class Press(Driver):
         ]
         super().__init__(context, channels, drives)
         self.settings = settings
-        self.stands = {"load": 0.0, "frequency": 0.0}
-        self.held = None
+        self.set_points = {"load": 0.0, "frequency": 0.0}
+        self.paused_at = None
         self.streams = 0
 
     def open(self, timeout_s):
@@ -70,13 +70,13 @@ class Press(Driver):
         return answer == "1" if reading == "guard" else answer
 
     def value(self, channel):
-        return 300.0 if channel == "oil" else self.stands[channel] + 0.1
+        return 300.0 if channel == "oil" else self.set_points[channel] + 0.1
 
     def actual(self, drive):
-        return float(self.exchange(f"query {drive}", lambda: str(self.stands[drive])))
+        return float(self.exchange(f"query {drive}", lambda: str(self.set_points[drive])))
 
     def put(self, drive, value):
-        self.exchange(f"set {drive} {value:g}", lambda: self.stands.update({drive: value}))
+        self.exchange(f"set {drive} {value:g}", lambda: self.set_points.update({drive: value}))
 
     def stream(self, channels, duration_s, stop):
         self.check_channels(channels)
@@ -99,23 +99,23 @@ class Press(Driver):
         return Block(RATE_HZ, first, self.clock.monotonic_s(), dict.fromkeys(channels, noise))
 
     def pause(self):
-        self.held = self.stands["frequency"]
+        self.paused_at = self.set_points["frequency"]
         self.set("frequency", 0.0)
 
     def resume(self):
-        held, self.held = self.held, None
-        if held is not None:
-            self.set("frequency", held)
+        frequency, self.paused_at = self.paused_at, None
+        if frequency is not None:
+            self.set("frequency", frequency)
 
     def make_safe(self):
-        self.held = None
+        self.paused_at = None
         return super().make_safe()
 
     def continue_after(self, streams):
         self.streams += len(streams)
 
     def truth(self):
-        return {"load_n": self.stands["load"]}
+        return {"load_n": self.set_points["load"]}
 
 
 class Undescribed(Settings):
@@ -274,10 +274,10 @@ class StumblesOnceClosed(Press):
 
 class ResumesByItself(Press):
     def make_safe(self):
-        held = self.held
-        found = super().make_safe()
-        self.held = held
-        return found
+        kept_frequency = self.paused_at
+        read_back = super().make_safe()
+        self.paused_at = kept_frequency
+        return read_back
 
 
 class HasAGap(Press):
@@ -425,7 +425,7 @@ def registry_of(kind, record):
 
 def press(**changes):
     """Return the registry of a press of which the record is changed."""
-    whole = {
+    fields = {
         "name": "press",
         "help": "A press.",
         "settings": PressSettings,
@@ -434,4 +434,4 @@ def press(**changes):
         "wired": True,
         "absent": {"simulate": "unplugged"},
     }
-    return registry_of("device", DeviceRecord(**{**whole, **changes}))
+    return registry_of("device", DeviceRecord(**{**fields, **changes}))

@@ -36,9 +36,9 @@ class Tampered:
         return self.parts[name] if name in self.parts else getattr(self.curve, name)
 
 
-def line(points, **told):
+def line(points, **settings):
     """Return the parabola that the shipped fit gives; it keeps to everything."""
-    return SHIPPED.make("fit", "polynomial", told)(points)
+    return SHIPPED.make("fit", "polynomial", settings)(points)
 
 
 def with_curve(make):
@@ -114,8 +114,8 @@ def fit_registry(fit, examples=(WRONG_FIT,)):
 
 def grubbs(values):
     """Return what the shipped rule rejects, under the zoo's name; it keeps to everything."""
-    found = SHIPPED.make("outlier_rule", "grubbs", {})(values)
-    return [replace(each, rule="rule") for each in found]
+    rejections = SHIPPED.make("outlier_rule", "grubbs", {})(values)
+    return [replace(rejection, rule="rule") for rejection in rejections]
 
 
 def rejects_the_last(values):
@@ -173,23 +173,23 @@ def proven(_, estimate):
 
 def guarded(by):
     """Return a rule that passes what is within its limits by `by(limits, estimate)`."""
-    return DecisionRule(lambda *given: [Zone(Verdict.PASS, by(*given), "w")])
+    return DecisionRule(lambda *arguments: [Zone(Verdict.PASS, by(*arguments), "w")])
 
 
 DECISION_RULES = {
     "can_be_made": None,
-    "gives_zones": DecisionRule(lambda *given: proven(*given)[::-1]),
+    "gives_zones": DecisionRule(lambda *arguments: proven(*arguments)[::-1]),
     "says_what_it_does": DecisionRule(proven, {"de": "wie vereinbart"}),
     "passes_the_good_and_fails_the_bad": DecisionRule(lambda *_: [Zone(Verdict.INCONCLUSIVE, 0.0)]),
-    "farther_within_is_no_worse": guarded(lambda _, found: 0.0 if found.value > 0.9 else 0.3),
+    "farther_within_is_no_worse": guarded(lambda _, estimate: 0.0 if estimate.value > 0.9 else 0.3),
     "lower_and_upper_limit_are_alike": guarded(
-        lambda limits, found: 0.0 if isinf(limits.lower) else expanded(found)
+        lambda limits, estimate: 0.0 if isinf(limits.lower) else expanded(estimate)
     ),
     "the_unit_does_not_matter": guarded(lambda *_: 0.01),
-    "passes_nothing_outside_the_limits": guarded(lambda _, found: -expanded(found)),
-    "less_certain_is_no_better": guarded(lambda _, found: 0.005 / found.u),
+    "passes_nothing_outside_the_limits": guarded(lambda _, estimate: -expanded(estimate)),
+    "less_certain_is_no_better": guarded(lambda _, estimate: 0.005 / estimate.u),
     "stated_risks_are_those_of_its_verdicts": guarded(
-        lambda _, found: expanded(found) if found.value else 0.0
+        lambda _, estimate: expanded(estimate) if estimate.value else 0.0
     ),
 }
 """By check, the decision rule that fails it."""

@@ -129,7 +129,7 @@ class Table:
             names, *rows = [line.split() for line in self.text(path).splitlines()]
         except ValueError as error:
             raise DataError(f"{path} holds no table") from error
-        return {wanted: self.column(path, names, rows, name) for wanted, name in columns.items()}
+        return {channel: self.column(path, names, rows, name) for channel, name in columns.items()}
 
     def text(self, path):
         try:

@@ -26,7 +26,7 @@ DARK = NeededRun(name="dark", key=("dark",), procedure="DARK", channels=(METER,)
 def changed(**parts):
     """Return an analysis of which each result has other parts."""
     return lambda run: Findings(
-        results=tuple(replace(each, **parts) for each in READINGS(run).results)
+        results=tuple(replace(result, **parts) for result in READINGS(run).results)
     )
 
 
@@ -40,8 +40,8 @@ def surer_when_worse(run):
     u = 1 / meter.limit_of_error(1.0)
     return Findings(
         results=tuple(
-            replace(each, estimate=replace(each.estimate, u=u), components=())
-            for each in READINGS(run).results
+            replace(result, estimate=replace(result.estimate, u=u), components=())
+            for result in READINGS(run).results
         )
     )
 
@@ -53,10 +53,10 @@ class Moody:
 
     def __call__(self, run):
         self.calls += 1
-        found = READINGS(run).results
+        results = READINGS(run).results
         moved = [
             replace(e, estimate=replace(e.estimate, value=e.estimate.value + self.calls))
-            for e in found
+            for e in results
         ]
         return Findings(results=tuple(moved))
 
@@ -90,11 +90,11 @@ def older_is_more(run):
     return moved(READINGS(run), day)
 
 
-def moved(found, by):
+def moved(findings, by):
     return Findings(
         results=tuple(
-            replace(each, estimate=replace(each.estimate, value=each.estimate.value + by))
-            for each in found.results
+            replace(result, estimate=replace(result.estimate, value=result.estimate.value + by))
+            for result in findings.results
         )
     )
 
@@ -102,8 +102,8 @@ def moved(found, by):
 def of_unknown_uncertainty(run):
     return Findings(
         results=tuple(
-            replace(each, estimate=replace(each.estimate, u=nan), components=())
-            for each in READINGS(run).results
+            replace(result, estimate=replace(result.estimate, u=nan), components=())
+            for result in READINGS(run).results
         )
     )
 
@@ -112,8 +112,10 @@ def boastful(run):
     """Give a tenth of the uncertainty."""
     return Findings(
         results=tuple(
-            replace(each, estimate=replace(each.estimate, u=each.estimate.u / 10), components=())
-            for each in READINGS(run).results
+            replace(
+                result, estimate=replace(result.estimate, u=result.estimate.u / 10), components=()
+            )
+            for result in READINGS(run).results
         )
     )
 

@@ -100,11 +100,11 @@ def test_plugins_of_a_kind_that_a_package_brings_are_found_and_made(installed):
 
 
 def test_a_lab_s_own_file_may_bring_a_plugin_of_it(installed, tmp_path):
-    known = installed(lubricant_maker=MAKER)
+    installed_registry = installed(lubricant_maker=MAKER)
     lab = tmp_path / "plugins"
     lab.mkdir()
     (lab / "grease.py").write_text(user())
-    registry = with_drop_ins(known, lab)
+    registry = with_drop_ins(installed_registry, lab)
     assert registry.disabled == ()
     assert registry.names("lubricant") == ["grease"]
 
@@ -164,14 +164,14 @@ def test_the_kit_holds_its_plugins_to_the_checks_of_the_kind(
     installed, grams, factory, name, state
 ):
     registry = installed(lubricant_maker=MAKER, a_user=user(grams, factory))
-    one = {each.name: each for each in checks("lubricant", registry)}[name]
-    found = examine_one(subject("lubricant", "grease", registry=registry), one)
-    assert found.state is state, found.text
+    check = {check.name: check for check in checks("lubricant", registry)}[name]
+    finding = examine_one(subject("lubricant", "grease", registry=registry), check)
+    assert finding.state is state, finding.text
 
 
 def kind(**changes):
-    given = {"name": "oil", "help": "Oil.", "hook": "rigrunner_oils", "record": PluginRecord}
-    return Registry([Plugin("kind", KindRecord(**given | changes), Provider("lab", "1"))])
+    fields = {"name": "oil", "help": "Oil.", "hook": "rigrunner_oils", "record": PluginRecord}
+    return Registry([Plugin("kind", KindRecord(**fields | changes), Provider("lab", "1"))])
 
 
 BROKEN = {
@@ -183,20 +183,20 @@ BROKEN = {
 
 @pytest.mark.parametrize("name", BROKEN)
 def test_the_kit_fails_a_kind_that_is_broken(name):
-    own = {each.name: each for each in checks("kind")}
-    assert set(BROKEN) < set(own)
-    whole = {"conformance": "rigrunner_bearings.conformance"}
-    for changes, state in ((whole, State.PASS), (whole | BROKEN[name], State.FAIL)):
-        found = examine_one(subject("kind", "oil", registry=kind(**changes)), own[name])
-        assert found.state is state, found.text
+    kind_checks = {check.name: check for check in checks("kind")}
+    assert set(BROKEN) < set(kind_checks)
+    valid = {"conformance": "rigrunner_bearings.conformance"}
+    for changes, state in ((valid, State.PASS), (valid | BROKEN[name], State.FAIL)):
+        finding = examine_one(subject("kind", "oil", registry=kind(**changes)), kind_checks[name])
+        assert finding.state is state, finding.text
 
 
-@pytest.mark.parametrize(("name", "said"), [("json", "has no attribute 'CHECKS'")])
-def test_a_module_without_checks_is_named(name, said):
-    own = {each.name: each for each in checks("kind")}["brings_checks"]
-    found = examine_one(subject("kind", "oil", registry=kind(conformance=name)), own)
-    assert found.state is State.FAIL
-    assert said in found.text
+@pytest.mark.parametrize(("name", "message"), [("json", "has no attribute 'CHECKS'")])
+def test_a_module_without_checks_is_named(name, message):
+    brings_checks = {check.name: check for check in checks("kind")}["brings_checks"]
+    finding = examine_one(subject("kind", "oil", registry=kind(conformance=name)), brings_checks)
+    assert finding.state is State.FAIL
+    assert message in finding.text
 
 
 def test_plugins_are_listed_by_their_kind_in_its_plural(installed, monkeypatch):

@@ -25,16 +25,16 @@ class Winch(Driver):
     def __init__(self, settings, context):
         drives = [DriveInfo("load", "N", "Load", 0.0, 200.0, tolerance=1.0)]
         super().__init__(context, [ChannelInfo("load", "N", "Load")], drives)
-        self.stands = 0.0
+        self.load = 0.0
 
     def open(self, timeout_s):
         return Identity("Zoo", "winch", "1")
 
     def get(self, channel):
-        return self.stands
+        return self.load
 
     def put(self, drive, value):
-        self.stands = value
+        self.load = value
 
 
 @hookimpl
@@ -116,8 +116,8 @@ def test_json_has_every_check():
     called = call("check-plugin", "mad", "--json")
     (document,) = json.loads(called.out)
     assert document["name"] == "mad"
-    assert {each["state"] for each in document["findings"]} == {"pass", "not applicable"}
-    assert all(each["holds"] for each in document["findings"])
+    assert {finding["state"] for finding in document["findings"]} == {"pass", "not applicable"}
+    assert all(finding["holds"] for finding in document["findings"])
 
 
 def test_settings_come_from_a_file(tmp_path):
@@ -141,7 +141,7 @@ def test_a_station_gives_settings_and_limits():
 
 
 @pytest.mark.parametrize(
-    ("arguments", "said"),
+    ("arguments", "message"),
     [
         (["grubs"], "did you mean 'grubbs'?"),
         (["grubbs", "--kind", "fit"], "there is no fit 'grubbs'"),
@@ -153,10 +153,10 @@ def test_a_station_gives_settings_and_limits():
         (["mad", "--drop-in", "missing"], "missing"),
     ],
 )
-def test_what_is_mistyped_is_told(arguments, said):
+def test_what_is_mistyped_is_told(arguments, message):
     called = call("check-plugin", *arguments)
     assert called.code in {ExitCode.USAGE, ExitCode.INVALID}
-    assert said in called.err
+    assert message in called.err
 
 
 TWO = """\
@@ -192,17 +192,17 @@ def test_of_two_kinds_with_one_name_both_are_checked(tmp_path):
 HANGS = (
     SCALE.replace("HELP", "A winch.")
     .replace(
-        "        return self.stands\n",
-        """        if self.stands > 0:  # it says that it hangs, and does
+        "        return self.load\n",
+        """        if self.load > 0:  # it says that it hangs, and does
             Path(__file__).with_name("hangs").touch()
             time.sleep(20)
-        return self.stands
+        return self.load
 """,
     )
     .replace(
-        "        self.stands = value\n",
-        """        self.stands = value
-        Path(__file__).with_name("stands").write_text(f"{value:g}")
+        "        self.load = value\n",
+        """        self.load = value
+        Path(__file__).with_name("load").write_text(f"{value:g}")
 """,
     )
     .replace(
@@ -214,22 +214,22 @@ HANGS = (
 
 
 @pytest.mark.parametrize(
-    ("sent", "code"),
+    ("signal_number", "code"),
     [(signal.SIGINT, 130), pytest.param(signal.SIGTERM, 20, marks=pytest.mark.thorough)],
 )
-def test_a_check_that_is_interrupted_leaves_the_drive_safe(folder, sent, code):
+def test_a_check_that_is_interrupted_leaves_the_drive_safe(folder, signal_number, code):
     folder.joinpath("winch.py").write_text(HANGS)
     command = [sys.executable, "-m", "rigrunner", "check-plugin", "winch", "--yes"]
     with subprocess.Popen([*command, "--drop-in", str(folder)], stderr=-1, text=True) as process:
         until = time.monotonic() + 200
         while not folder.joinpath("hangs").exists() and time.monotonic() < until:
             time.sleep(0.05)
-        assert folder.joinpath("stands").read_text() == "20"
-        process.send_signal(sent)
-        _, said = process.communicate(timeout=200)
-    assert folder.joinpath("stands").read_text() == "0"
-    assert process.returncode == code, said
-    assert "interrupted; pass  left_safe" in said
+        assert folder.joinpath("load").read_text() == "20"
+        process.send_signal(signal_number)
+        _, stderr = process.communicate(timeout=200)
+    assert folder.joinpath("load").read_text() == "0"
+    assert process.returncode == code, stderr
+    assert "interrupted; pass  left_safe" in stderr
 
 
 STATION = """\
@@ -251,10 +251,10 @@ safety:
 plugins: plugins
 """
 NOTES = SCALE.replace("HELP", "A winch.").replace(
-    "        self.stands = value\n",
-    """        self.stands = value
-        with Path(__file__).with_name("told").open("a") as told:
-            print(value, file=told)
+    "        self.load = value\n",
+    """        self.load = value
+        with Path(__file__).with_name("set_points").open("a") as log:
+            print(value, file=log)
 """,
 )
 
@@ -268,10 +268,10 @@ def test_a_drive_is_led_within_the_limits_of_the_station(tmp_path):
     yard = ("--station", tmp_path / "yard.yaml", "--role", "winch")
     called = call("check-plugin", "winch", *yard, "--read-only")
     assert called.code == ExitCode.PASS, called.out
-    assert not folder.joinpath("told").exists()
+    assert not folder.joinpath("set_points").exists()
     called = call("check-plugin", "winch", *yard, "--yes")
     assert called.code == ExitCode.PASS, called.out
-    told = [float(line) for line in folder.joinpath("told").read_text().split()]
-    assert max(told) == 10.0
-    assert max(np.diff(told)) <= 5.0
+    set_points = [float(line) for line in folder.joinpath("set_points").read_text().split()]
+    assert max(set_points) == 10.0
+    assert max(np.diff(set_points)) <= 5.0
     assert "load up to 10 N" in called.err

@@ -1,4 +1,4 @@
-"""Running a check: what the plugin does is found, what is missing around it is told."""
+"""Run a check: a crash is a finding, a missing package is an error."""
 
 from __future__ import annotations
 
@@ -23,9 +23,9 @@ def check(work):
 
 
 def test_a_crash_is_a_finding():
-    found = examine_one(Subject(), check(lambda _: 1 / 0))
-    assert found.state is State.FAIL
-    assert "ZeroDivisionError" in found.text
+    finding = examine_one(Subject(), check(lambda _: 1 / 0))
+    assert finding.state is State.FAIL
+    assert "ZeroDivisionError" in finding.text
 
 
 def test_a_missing_package_is_told_and_says_nothing_of_the_plugin():

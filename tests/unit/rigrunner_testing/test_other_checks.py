@@ -46,10 +46,10 @@ from unit.rigrunner_testing.helpers_zoo_units import UNITS, good_unit_registry, 
 
 
 def own_checks(kind):
-    return {each.name: each for each in checks(kind) if each not in OF_EVERY_PLUGIN}
+    return {check.name: check for check in checks(kind) if check not in OF_EVERY_PLUGIN}
 
 
-def found(kind, name, registry):
+def finding_of(kind, name, registry):
     return examine_one(
         subject(kind, registry.plugins[0].record.name, registry=registry), own_checks(kind)[name]
     )
@@ -90,7 +90,7 @@ def test_certificates_have_the_checks_of_reports():
 @pytest.mark.parametrize(("kind", "name"), BROKEN)
 def test_what_is_broken_fails(kind, name):
     zoo, registry = OF_KIND[kind]
-    finding = found(kind, name, registry(zoo[name]))
+    finding = finding_of(kind, name, registry(zoo[name]))
     assert finding.state is State.FAIL
     assert finding.text
 
@@ -98,17 +98,17 @@ def test_what_is_broken_fails(kind, name):
 @pytest.mark.parametrize("sink", [dawdles_later, zeroes_the_angle])
 def test_each_event_and_each_channel_counts(sink):
     name = "comes_back_at_once" if sink is dawdles_later else "leaves_samples_alone"
-    assert found("event_sink", name, sink_registry(sink)).state is State.FAIL
+    assert finding_of("event_sink", name, sink_registry(sink)).state is State.FAIL
 
 
 def test_a_format_that_goes_on_without_a_network_fails_too():
-    finding = found("report_format", "nothing_is_fetched", format_registry(looks_up_a_font))
+    finding = finding_of("report_format", "nothing_is_fetched", format_registry(looks_up_a_font))
     assert finding.text == "making it did: socket.getaddrinfo"
 
 
 def test_a_result_of_unknown_uncertainty_covers_nothing():
     registry = analysis_registry(of_unknown_uncertainty)
-    finding = found("analysis", "covers_the_truth", registry)
+    finding = finding_of("analysis", "covers_the_truth", registry)
     assert (finding.state, finding.text) == (State.NOT_APPLICABLE, "it states no uncertainty")
 
 
@@ -116,7 +116,7 @@ def test_no_risk_is_counted_of_a_rule_that_fails_nothing():
     rule = DecisionRule(lambda *_: [Zone(Verdict.PASS, 0.1, "w"), Zone(Verdict.INCONCLUSIVE, -9.0)])
     registry = decision_rule_registry(rule)
     findings = examine(subject("decision_rule", "rule", registry=registry), checks("decision_rule"))
-    states = {each.check.name: each.state for each in findings}
+    states = {finding.check.name: finding.state for finding in findings}
     assert states["passes_the_good_and_fails_the_bad"] is State.FAIL
     assert states["stated_risks_are_those_of_its_verdicts"] is State.NOT_JUDGED
 
@@ -130,5 +130,5 @@ def test_no_risk_is_counted_of_a_rule_that_fails_nothing():
     ],
 )
 def test_what_keeps_to_everything_passes(kind, name):
-    finding = found(kind, name, GOOD[kind]())
+    finding = finding_of(kind, name, GOOD[kind]())
     assert finding.state is not State.FAIL, finding.text

@@ -12,8 +12,8 @@ def test_the_page_of_checks_is_that_of_the_code():
 
 
 def test_there_are_checks_for_every_kind_of_plugin_each_with_its_demand_and_what_to_do():
-    for kind in (each.name for each in load_registry().kinds):
+    for kind in (record.name for record in load_registry().kinds):
         assert len(checks(kind)) > len(checks("no such kind")) > 0
-        assert all(each.holds.endswith(".") and each.fix for each in checks(kind))
-        names = [each.name for each in checks(kind)]
+        assert all(check.holds.endswith(".") and check.fix for check in checks(kind))
+        names = [check.name for check in checks(kind)]
         assert len(set(names)) == len(names)

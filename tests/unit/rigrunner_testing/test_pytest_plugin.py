@@ -48,22 +48,22 @@ def rigrunner_devices():
 @pytest.mark.thorough
 def test_a_plugin_goes_through_every_check_and_what_does_not_apply_is_skipped(pytester):
     pytester.makepyfile(test_good=GOOD)
-    done = pytester.runpytest_subprocess(*PLUGIN, "-rs")
-    done.assert_outcomes(passed=2 * (len(checks("outlier_rule")) - 2), skipped=2 * 2)
-    done.stdout.fnmatch_lines(["*it has no settings with units*", "*its record states no ex*"])
+    result = pytester.runpytest_subprocess(*PLUGIN, "-rs")
+    result.assert_outcomes(passed=2 * (len(checks("outlier_rule")) - 2), skipped=2 * 2)
+    result.stdout.fnmatch_lines(["*it has no settings with units*", "*its record states no ex*"])
 
 
 @pytest.mark.thorough
 def test_a_demand_that_is_not_met_fails_with_what_to_do(pytester):
     pytester.makepyfile(test_hollow=PACKAGE)
     pytester.mkdir("plugins").joinpath("hollow.py").write_text(HOLLOW)
-    done = pytester.runpytest_subprocess(*PLUGIN, "-k", "help_line or name_fits")
-    done.assert_outcomes(passed=1, failed=1)
-    done.stdout.fnmatch_lines(["*found: the record's help is empty*", "*fix: write one line*"])
+    result = pytester.runpytest_subprocess(*PLUGIN, "-k", "help_line or name_fits")
+    result.assert_outcomes(passed=1, failed=1)
+    result.stdout.fnmatch_lines(["*found: the record's help is empty*", "*fix: write one line*"])
 
 
 @pytest.mark.thorough
 def test_without_a_marker_it_says_how_to_write_one(pytester):
     pytester.makepyfile("def test_it_conforms(conformance): conformance()")
-    done = pytester.runpytest_subprocess(*PLUGIN)
-    assert "needs a marker, such as @pytest.mark.conformance('device'" in done.stdout.str()
+    result = pytester.runpytest_subprocess(*PLUGIN)
+    assert "needs a marker, such as @pytest.mark.conformance('device'" in result.stdout.str()

@@ -89,18 +89,18 @@ class Bypassing(Dwell):
         return NOTHING
 
 
-def known(action, seconds=None):
+def registry_with(action, seconds=None):
     def plan(settings, planning):
-        made = action(settings.time)
-        planning.emit(made, "Dwell", settings.time if seconds is None else seconds)
+        step_action = action(settings.time)
+        planning.emit(step_action, "Dwell", settings.time if seconds is None else seconds)
 
     record = StepRecord(name="dwell", help="Time passes.", settings=DwellStep, factory=plan)
     return Registry([*load_registry().plugins, Plugin("step", record, LAB)])
 
 
-def failed(action, check, seconds=None):
+def failure(action, check, seconds=None):
     with pytest.raises(AssertionError) as raised:
-        conform(subject("step", "dwell", registry=known(action, seconds)), check)
+        conform(subject("step", "dwell", registry=registry_with(action, seconds)), check)
     return str(raised.value)
 
 
@@ -110,11 +110,11 @@ def failed(action, check, seconds=None):
     ids=lambda check: check.name,
 )
 def test_a_sound_kind_passes(check):
-    assert not conform(subject("step", "dwell", registry=known(Dwell)), check)
+    assert not conform(subject("step", "dwell", registry=registry_with(Dwell)), check)
 
 
 @pytest.mark.parametrize(
-    ("action", "check", "found"),
+    ("action", "check", "message"),
     [
         (lambda _: Thawed(), is_planned, "Thawed is not a frozen dataclass"),
         (Slow, takes_its_time, "it took 20 s and was planned for 10 s"),
@@ -124,8 +124,8 @@ def test_a_sound_kind_passes(check):
     ],
     ids=["not frozen", "slow", "deaf", "swallows the stop", "unsafe"],
 )
-def test_a_broken_kind_fails(action, check, found):
-    assert found in failed(action, check)
+def test_a_broken_kind_fails(action, check, message):
+    assert message in failure(action, check)
 
 
 PROCEDURE = """\
@@ -140,7 +140,7 @@ main: [{dwell: {time: 3 s}}]
 
 
 def test_a_procedure_may_have_a_kind_of_the_labs_own_where_that_is_known():
-    kinds = kinds_of(known(Dwell))
+    kinds = kinds_of(registry_with(Dwell))
     (step,) = parse_procedure(PROCEDURE, "p.yaml", kinds=kinds).model.main
     assert (step.kind, step.settings.time) == ("dwell", 3.0)
     with pytest.raises(InvalidFileError, match="unknown step 'dwell'"):

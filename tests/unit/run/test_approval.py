@@ -1,4 +1,4 @@
-"""Approvals: bound to the texts, lost by an edit, kept in a file that may be broken."""
+"""Approvals: bound to the texts, revoked by an edit, kept in a file that may be invalid."""
 
 from __future__ import annotations
 
@@ -52,7 +52,7 @@ def state(path):
     return approval_state(load_procedure(path))
 
 
-def test_a_procedure_is_a_draft_until_somebody_approves_it(outer):
+def test_procedure_is_a_draft_until_approved(outer):
     assert state(outer).is_draft
     assert state(outer).sentence() == "draft, not for certification"
 
@@ -62,20 +62,20 @@ def test_a_procedure_is_a_draft_until_somebody_approves_it(outer):
     assert approval.sentence() == "approved by A. Jones on 2026-02-03"
 
 
-def test_the_digest_can_be_made_with_other_programs(outer):
+def test_digest_can_be_computed_with_other_programs(outer):
     outer_digest, inner = (hashlib.sha256(text.encode()).hexdigest() for text in (CALLER, CALLED))
     listing = f"{outer_digest}  procedure\n{inner}  parts/inner.yaml\n"
 
     assert state(outer).sha256 == hashlib.sha256(listing.encode()).hexdigest()
 
 
-def test_two_files_that_change_places_are_another_procedure():
+def test_digest_depends_on_which_file_has_which_text():
     assert texts_digest("a", {"b": "x", "c": "y"}) != texts_digest("a", {"b": "y", "c": "x"})
     assert texts_digest("a", {"b": "x", "c": "y"}) == texts_digest("a", {"c": "y", "b": "x"})
 
 
 @pytest.mark.parametrize("file", ["outer.yaml", "parts/inner.yaml"])
-def test_an_edit_ends_an_approval_and_says_whose(outer, file):
+def test_edit_revokes_approval_and_names_approver(outer, file):
     approve(load_procedure(outer), "A. Jones", WHEN)
     edited = outer.parent / file
     edited.write_text(f"{edited.read_text(encoding='utf-8')}# a comment\n", encoding="utf-8")
@@ -85,14 +85,14 @@ def test_an_edit_ends_an_approval_and_says_whose(outer, file):
     assert "was changed after its approval by A. Jones on 2026-02-03" in state(outer).note
 
 
-def test_taking_the_edit_back_makes_it_approved_again(outer):
+def test_undoing_the_edit_restores_approval(outer):
     approve(load_procedure(outer), "A. Jones", WHEN)
     outer.write_text(f"{CALLER}# a comment\n", encoding="utf-8")
     outer.write_text(CALLER, encoding="utf-8")
     assert state(outer).state == "approved"
 
 
-def test_an_approval_of_another_procedure_is_none(outer):
+def test_approval_of_another_procedure_is_ignored(outer):
     path = approve(load_procedure(outer), "A. Jones", WHEN)
     path.write_text(path.read_text(encoding="utf-8").replace("OUTER", "OTHER"), encoding="utf-8")
     assert state(outer).is_draft
@@ -116,26 +116,26 @@ def test_earlier_approvals_are_kept(outer):
         ("", "the file is empty"),
     ],
 )
-def test_a_broken_approval_is_named_with_its_place(outer, text, message):
+def test_invalid_approval_file_is_reported_with_its_place(outer, text, message):
     approval_file(outer).write_text(text, encoding="utf-8")
     problems = problems_of(approval_state, load_procedure(outer))
     assert any(message in problem.message for problem in problems)
     assert {problem.location.file for problem in problems} == {str(approval_file(outer))}
 
 
-def test_nobody_cannot_approve(outer):
+def test_approval_needs_a_name(outer):
     with pytest.raises(UsageError, match="needs a name"):
         approve(load_procedure(outer), "  ", WHEN)
 
 
-def test_a_shipped_procedure_is_a_draft_and_is_not_approved_where_it_lies():
+def test_shipped_procedure_is_a_draft_and_cannot_be_approved():
     shipped = load_procedure(find_procedure("resistance_over_temperature"))
     assert approval_state(shipped).is_draft
     with pytest.raises(UsageError, match="a laboratory approves a copy of its own"):
         approve(shipped, "A. Jones", WHEN)
 
 
-def test_an_approval_is_dated_today_or_earlier():
+def test_approval_date_must_not_be_in_the_future():
     now = datetime(2026, 2, 3, 23, 30, tzinfo=UTC)
     assert moment_of(None, now) == "2026-02-03T23:30:00.000Z"
     assert moment_of(date(2026, 2, 3), now) == "2026-02-03"
@@ -144,7 +144,7 @@ def test_an_approval_is_dated_today_or_earlier():
 
 
 @pytest.mark.usefixtures("tester")
-def test_a_run_keeps_the_state_that_its_procedure_had(tmp_path):
+def test_run_stores_approval_state_of_its_procedure(tmp_path):
     path = procedure_file(tmp_path, "idle")
     draft = run(path, tmp_path / "runs")
     approve(load_procedure(path), "A. Jones", WHEN)

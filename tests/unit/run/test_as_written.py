@@ -1,4 +1,4 @@
-"""What a person wrote is shown: set-points and labels come back in the units of the procedure."""
+"""Set-points and labels are shown in the units of the procedure."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ def finished(tmp_path_factory):
     return run(folder / "p.yaml", folder / "runs")
 
 
-def test_numbers_are_in_si_and_the_units_of_the_procedure_beside_them(finished):
+def test_numbers_are_in_si_with_units_of_procedure(finished):
     stored = read(finished.folder)
     for part in (*stored.recordings, *stored.measurements):
         assert part.setpoints["tester.load"] == 500.0
@@ -55,7 +55,7 @@ def test_numbers_are_in_si_and_the_units_of_the_procedure_beside_them(finished):
         assert {name: unit(symbol) for name, symbol in part.written_in.items()} == written
 
 
-def test_the_file_has_number_and_unit_as_written(finished):
+def test_recordings_in_file_have_value_and_unit_as_written(finished):
     with h5py.File(finished.folder / "run.h5") as file:
         (recording,) = file["entry/recordings"].values()
         load, room = recording["setpoints/tester_load"], recording["coordinates/room"]
@@ -65,7 +65,7 @@ def test_the_file_has_number_and_unit_as_written(finished):
         assert "written_in" not in recording["setpoints/tester_frequency"].attrs
 
 
-def test_the_tables_of_the_file_have_it_too(finished):
+def test_tables_in_file_have_values_and_units_as_written(finished):
     with h5py.File(finished.folder / "run.h5") as file:
         table = file["entry/measurements/measured"]
         load, dwell = table["setpoints/tester_load"], table["coordinates/dwell"]
@@ -75,7 +75,7 @@ def test_the_tables_of_the_file_have_it_too(finished):
         assert "written_in" not in table["setpoints/tester_frequency"].attrs
 
 
-def test_show_and_report_say_what_was_written(finished):
+def test_show_and_report_use_units_as_written(finished):
     output = call("show", finished.folder.name, "--runs", finished.folder.parent).out
     heads = next(line for line in output.splitlines() if line.startswith("dwell"))
     for head in ("dwell / min", "room / °C", "set tester.load / kN", "set tester.frequency / Hz"):
@@ -86,35 +86,35 @@ def test_show_and_report_say_what_was_written(finished):
     assert "room 21 °C" in report
 
 
-def test_the_plan_says_it_too(tmp_path):
+def test_plan_uses_units_as_written(tmp_path):
     (tmp_path / "p.yaml").write_text(PROCEDURE, encoding="utf-8")
-    planned = call("plan", tmp_path / "p.yaml", "--station", STATION).out
-    assert "dwell 2 min, room 21 °C, preload 8 " in planned
+    output = call("plan", tmp_path / "p.yaml", "--station", STATION).out
+    assert "dwell 2 min, room 21 °C, preload 8 " in output
 
 
 @pytest.mark.parametrize(
     ("si", "symbol", "text"),
     [(294.15, "°C", "21"), (8 * 4.4482216152605 * 0.0254, "in·lbf", "8"), (0.5, "%", "50")],
 )
-def test_a_number_comes_back_as_it_was_written(si, symbol, text):
+def test_number_is_formatted_as_written(si, symbol, text):
     assert number_text(si, symbol) == text
     assert written_text(si, "K", symbol) == f"{text} {symbol}"
     assert from_si(si, symbol) == pytest.approx(float(text))
 
 
-def test_what_has_no_unit_stays_as_it_is():
+def test_text_and_counts_have_no_unit():
     assert coordinates_text({"phase": "wear", "block": 2}, {}, {"x": "kN"}) == "phase wear, block 2"
     assert number_text("wear", "kN") == "wear"
 
 
-def test_a_column_of_several_units_has_them_in_its_cells(finished):
+def test_column_with_several_units_has_them_in_its_cells(finished):
     (row,) = read(finished.folder).measurements
-    row_before = type(row)("measured", row.utc, {"tester.load": 1.0}, {}, {})
-    without = type(row)("measured", row.utc, {}, {}, {})
+    si_row = type(row)("measured", row.utc, {"tester.load": 1.0}, {}, {})
+    empty_row = type(row)("measured", row.utc, {}, {}, {})
     assert written_column([row, row], "tester.load", "N") == ("kN", ["0.5", "0.5"])
-    assert written_column([row, without], "tester.load", "N") == ("kN", ["0.5", ""])
-    assert written_column([row_before], "tester.load", "N") == ("N", ["1"])
-    assert written_column([row, row_before], "tester.load", "N") == ("", ["0.5 kN", "1 N"])
+    assert written_column([row, empty_row], "tester.load", "N") == ("kN", ["0.5", ""])
+    assert written_column([si_row], "tester.load", "N") == ("N", ["1"])
+    assert written_column([row, si_row], "tester.load", "N") == ("", ["0.5 kN", "1 N"])
     assert written_column([row], "room", "K") == ("°C", ["21"])
 
 
@@ -124,7 +124,7 @@ def test_a_column_of_several_units_has_them_in_its_cells(finished):
         ((0.00997, 0.00998, 0.009975), ["9.970", "9.980", "9.975"]),
         ((0.01, None, -0.0205), ["10.0", "", "-20.5"]),
         ((0.001, 0.002), ["1", "2"]),
-        ((1.23e-6, 1.0, 0.5), ["0.00123", "1000", "500"]),  # no zeros that nobody measured
+        ((1.23e-6, 1.0, 0.5), ["0.00123", "1000", "500"]),  # no zeros that were not measured
         ((1.5e-9, 0.0025), ["1.5e-06", "2.5"]),
         ((float("nan"), 0.0025), ["nan", "2.5"]),
     ],

@@ -1,4 +1,4 @@
-"""A calibration that is missing, overdue or too short of range keeps a run from starting."""
+"""A missing or overdue calibration, or one of a too narrow range, prevents a run."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ api_version = 1
 
 @hookimpl
 def rigrunner_devices():
-    sim = next(each for each in hooks.rigrunner_devices() if each.name == "swing_tester_sim")
+    sim = next(record for record in hooks.rigrunner_devices() if record.name == "swing_tester_sim")
     return [replace(sim, name="bench_tester", simulated=False)]
 """
 TORQUE = """
@@ -65,7 +65,7 @@ OTHERS = """
 
 
 def bench(folder, *changes):
-    """Write a station with a real tester, all instruments calibrated, and then changed."""
+    """Write a station with a real tester and calibrated instruments, with changes."""
     (folder / "lab").mkdir(exist_ok=True)
     (folder / "lab" / "bench.py").write_text(BENCH_PLUGIN)
     path = station_file(
@@ -74,8 +74,8 @@ def bench(folder, *changes):
         ("plugin: swing_tester_sim", "plugin: bench_tester"),
     )
     lines = path.read_text(encoding="utf-8").rstrip().splitlines()
-    kept = "\n".join(line for line in lines if not line.strip().startswith("calibration:"))
-    text = kept.replace("\n    serial: SIM-TQ-01", f"\n    serial: T-1{TORQUE.rstrip()}") + OTHERS
+    base = "\n".join(line for line in lines if not line.strip().startswith("calibration:"))
+    text = base.replace("\n    serial: SIM-TQ-01", f"\n    serial: T-1{TORQUE.rstrip()}") + OTHERS
     for old, new in changes:
         assert old in text, old
         text = text.replace(old, new)
@@ -84,12 +84,12 @@ def bench(folder, *changes):
 
 
 def planned(folder, station, name="starting_torque_1000n", *changes):
-    """Plan a shipped procedure in its quick form on that station, on START's day."""
+    """Plan a shipped procedure in its quick form on that station, on the day of START."""
     procedure = quick_procedure(folder, name, *changes)
     return plan_run(procedure, station, load_registry(), SimulatedClock(START))
 
 
-# what is changed in the register, what is lacking, what is said, the field
+# change of the register, what is lacking, message, field
 CASES = {
     "overdue": (
         ("due: 2026-06-01\n    full_scale", "due: 2026-02-28\n    full_scale"),
@@ -109,7 +109,7 @@ CASES = {
         "missing", "there is no instrument for tester.load, whose value enters the result",
         "instruments",
     ),
-    "said to be simulated": (
+    "entered as simulated": (
         ("    due: 2026-06-01\n    full_scale", "    calibration: simulated\n    full_scale"),
         "missing",
         "TQ-7 (tester.torque) is entered as simulated, but what 'bench_tester' gives was measured",
@@ -145,7 +145,7 @@ CASES = {
 }  # fmt: skip
 
 
-def test_the_channels_whose_values_enter_the_result(tmp_path):
+def test_channels_of_torque_analysis_enter_result(tmp_path):
     plan = planned(tmp_path, bench(tmp_path))
     assert set(entering_channels(plan)) == {"tester.angle", "tester.torque", "tester.load"}
 
@@ -157,24 +157,24 @@ def test_the_channels_whose_values_enter_the_result(tmp_path):
         (", limits: {bench.ripple: {max: 20 mV}}", {"bench.voltage", "bench.ripple"}),
     ],
 )
-def test_of_other_analyses_what_they_take_and_what_has_limits_enters(tmp_path, limits, entering):
+def test_channels_that_are_analysed_or_have_limits_enter_result(tmp_path, limits, entering):
     channels = "{channels: [bench.voltage, bench.ripple]"
     files = written(tmp_path, (channels, channels + limits))
     plan = plan_run(*files, load_registry(), SimulatedClock())
     assert set(entering_channels(plan)) == entering
 
 
-def test_a_calibrated_register_lets_the_run_start(tmp_path):
+def test_calibrated_instruments_have_no_findings(tmp_path):
     assert calibration_findings(planned(tmp_path, bench(tmp_path))) == ()
 
 
-def test_an_instrument_may_be_used_on_the_day_when_it_is_due(tmp_path):
+def test_instrument_is_valid_on_its_due_date(tmp_path):
     station = bench(tmp_path, ("due: 2026-06-01", "due: 2026-03-01"))
     assert calibration_findings(planned(tmp_path, station)) == ()
 
 
 @pytest.mark.parametrize("case", CASES.values(), ids=CASES)
-def test_what_a_calibration_lacks(tmp_path, case):
+def test_deficient_calibration_is_reported(tmp_path, case):
     change, lack, message, field = case
     (finding,) = calibration_findings(planned(tmp_path, bench(tmp_path, change)))
     assert finding.lack == lack
@@ -193,7 +193,7 @@ def scanning(over, channels):
     ("over", "beyond"),
     [("[200 N, 50 N, 5 kN]", "50 N"), ("[200 N, 0 N, 2 kN]", ""), ("[99 N]", "99 N")],
 )
-def test_each_set_point_of_a_scan_is_held_against_the_range(tmp_path, over, beyond):
+def test_every_set_point_of_scan_must_be_in_range(tmp_path, over, beyond):
     station = bench(tmp_path, ("{seed: 1}", "{seed: 1, max_load: 5 kN}"))
     change = scanning(over, "[tester.temperature]")
     findings = calibration_findings(planned(tmp_path, station, "starting_torque_1000n", change))
@@ -201,32 +201,32 @@ def test_each_set_point_of_a_scan_is_held_against_the_range(tmp_path, over, beyo
     assert [message in finding.problem.message for finding in findings] == [True] * bool(beyond)
 
 
-def test_what_a_scan_reads_enters_a_result_that_is_not_analysed(tmp_path):
+def test_scanned_channels_enter_result_without_analysis(tmp_path):
     analysed = planned(tmp_path, bench(tmp_path))
     text = find_procedure("starting_torque_1000n").read_text(encoding="utf-8")
-    nothing = (text[text.index("\nanalysis:") :], "\n")
+    no_analysis = (text[text.index("\nanalysis:") :], "\n")
     scan = scanning("[1 kN]", "[tester.load, tester.temperature]")
-    plain = planned(tmp_path, bench(tmp_path), "starting_torque_1000n", scan, nothing)
+    plain = planned(tmp_path, bench(tmp_path), "starting_torque_1000n", scan, no_analysis)
     assert "tester.temperature" in entering_channels(plain)
     assert "tester.temperature" not in entering_channels(analysed)
     (finding,) = calibration_findings(plain)
     assert "there is no instrument for tester.temperature" in finding.problem.message
 
 
-def test_an_instrument_of_a_trial_needs_no_calibration(tmp_path):
+def test_trial_instrument_needs_no_calibration(tmp_path):
     certificate = "    certificate: D-K-2\n    due: 2026-06-01\n"
     trial = bench(tmp_path, (certificate, "    calibration: trial\n"))
     assert calibration_findings(planned(tmp_path, trial)) == ()
 
 
-def test_nothing_has_to_be_entered_for_a_simulated_device(tmp_path):
+def test_simulated_device_needs_no_instruments(tmp_path):
     station = bench(tmp_path, ("plugin: bench_tester", "plugin: swing_tester_sim"))
     text = station.read_text(encoding="utf-8")
     station.write_text(text[: text.index("  - channel: tester.angle")], encoding="utf-8")
     assert calibration_findings(planned(tmp_path, station)) == ()
 
 
-def test_what_is_entered_for_a_simulated_device_is_held_to(tmp_path):
+def test_instruments_of_simulated_device_are_checked(tmp_path):
     changes = ("plugin: bench_tester", "plugin: swing_tester_sim"), ("2026-06-01", "2026-02-01")
     findings = calibration_findings(planned(tmp_path, bench(tmp_path, *changes)))
     assert [(finding.lack, finding.channel) for finding in findings] == [
@@ -236,8 +236,8 @@ def test_what_is_entered_for_a_simulated_device_is_held_to(tmp_path):
     ]
 
 
-def test_a_calibration_has_to_last_until_the_end_of_the_run(tmp_path):
-    """The run begins on the last day of use, and is planned to go on after midnight."""
+def test_calibration_must_be_valid_until_end_of_run(tmp_path):
+    """The run starts on the last valid day, and is planned to last beyond midnight."""
     day = START.replace(year=2026, month=6, day=1, hour=0, minute=1)
     plan = planned(tmp_path, bench(tmp_path))
     for hour, problems in ((12, 0), (23, 3)):
@@ -252,7 +252,7 @@ def test_a_calibration_has_to_last_until_the_end_of_the_run(tmp_path):
     )
 
 
-def do(plan, runs, overrides=(), partners=None):
+def run_plan(plan, runs, overrides=(), partners=None):
     answers = UnattendedAnswers()
     inputs = answer_inputs(plan.procedure, {}, answers)
     stop = threading.Event()
@@ -267,9 +267,9 @@ def overdue(tmp_path):
     return planned(tmp_path, station, "no_load_inertia_sweep")
 
 
-def test_nothing_is_connected_before_the_register_is_in_order(tmp_path):
+def test_calibration_is_checked_before_connecting(tmp_path):
     with pytest.raises(InvalidFileError) as caught:
-        do(overdue(tmp_path), tmp_path / "runs")
+        run_plan(overdue(tmp_path), tmp_path / "runs")
     assert len(caught.value.problems) == 3
     assert not (tmp_path / "runs").exists()
 
@@ -278,10 +278,10 @@ def test_nothing_is_connected_before_the_register_is_in_order(tmp_path):
     "names",
     first(1, [["T-1", "tester.angle", "L-1"], ["overdue"], ["tester.torque", "A-1", "LC-3"]]),
 )
-def test_an_override_stands_in_run_file_and_report(tmp_path, names):
+def test_overrides_are_in_run_file_and_report(tmp_path, names):
     plan = overdue(tmp_path)
     overrides = overrides_for(plan, names, "A. Jones", "Certificates are on their way")
-    finished = do(plan, tmp_path / "runs", overrides)
+    finished = run_plan(plan, tmp_path / "runs", overrides)
 
     stored = read(finished.folder)
     events = [event for event in stored.events if isinstance(event, Intervention)]
@@ -296,12 +296,12 @@ def test_an_override_stands_in_run_file_and_report(tmp_path, names):
 
 
 @pytest.mark.thorough
-def test_what_was_overridden_for_the_no_load_run_is_told_with_the_result(tmp_path):
+def test_report_lists_overrides_of_no_load_run(tmp_path):
     plan = overdue(tmp_path)
     overrides = overrides_for(plan, ["TQ-7", "A-1", "LC-3"], "A. Jones", "why")
-    no_load = do(plan, tmp_path / "runs", overrides)
-    second = planned(tmp_path, bench(tmp_path))
-    finished = do(second, tmp_path / "runs", partners={"no_load": no_load.folder})
+    no_load = run_plan(plan, tmp_path / "runs", overrides)
+    loaded = planned(tmp_path, bench(tmp_path))
+    finished = run_plan(loaded, tmp_path / "runs", partners={"no_load": no_load.folder})
 
     report = finished.report.read_text(encoding="utf-8")
     assert report.count("Deviation:</strong> no-load run: override by A. Jones") == 3
@@ -319,11 +319,11 @@ def test_what_was_overridden_for_the_no_load_run_is_told_with_the_result(tmp_pat
         (["TQ-8"], "A. Jones", "why", "'--override TQ-8' matches nothing"),
     ],
 )
-def test_an_override_that_is_none(tmp_path, names, by, reason, message):
+def test_invalid_override_is_refused(tmp_path, names, by, reason, message):
     with pytest.raises(UsageError, match=message):
         overrides_for(overdue(tmp_path), names, by, reason)
 
 
-def test_what_is_not_overridden_is_told(tmp_path):
+def test_remaining_problems_are_reported_despite_overrides(tmp_path):
     problems = problems_of(overrides_for, overdue(tmp_path), ["TQ-7", "LC-3"], "A. Jones", "why")
     assert [problem.field for problem in problems] == ["instruments[1].due"]

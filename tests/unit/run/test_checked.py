@@ -4,7 +4,7 @@ from rigrunner.run.checked import checked_alone
 from rigrunner.run.locate import find_procedure
 
 
-def test_a_check_loads_the_plugins_once(monkeypatch):
+def test_check_loads_plugins_once(monkeypatch):
     loads, load = [], loading._load
     monkeypatch.setattr(loading, "_load", lambda *args: loads.append(1) or load(*args))
     installed_kinds.cache_clear()

@@ -32,7 +32,7 @@ TIGHT = Acceptance.model_validate({"limits": [LIMIT], "rule": "simple"})
 
 @pytest.fixture(scope="module")
 def passed(quick_copy):
-    """Return the folder of a loaded run which its procedure passes, beside its no-load run."""
+    """Return the folder of a loaded run that passed, beside its no-load run."""
     return quick_copy.loaded
 
 
@@ -43,23 +43,23 @@ def folder(passed, tmp_path):
     return copy
 
 
-def again(folder, acceptance=TIGHT, who=WHO):
+def decide(folder, acceptance=TIGHT, who=WHO):
     return decide_again(folder, load_registry(), who, lambda *_: acceptance)
 
 
 @pytest.fixture(scope="module")
-def second(passed, tmp_path_factory):
-    """Decide once more on a copy of the run; return what was written, and the result."""
+def second_decision(passed, tmp_path_factory):
+    """Decide once more on a copy of the run; return the decision file and the result."""
     copy = tmp_path_factory.mktemp("decided") / passed.name
     shutil.copytree(passed, copy)
-    return again(copy)
+    return decide(copy)
 
 
 @pytest.fixture(scope="module")
-def decided(second):
+def decided(second_decision):
     """Return the folder of the run with a second decision, to be copied."""
-    written, _ = second
-    return written.path.parent
+    decision, _ = second_decision
+    return decision.path.parent
 
 
 @pytest.fixture
@@ -67,10 +67,10 @@ def decided_copy(decided, tmp_path):
     return shutil.copytree(decided, tmp_path / decided.name)
 
 
-def test_it_is_decided_anew_without_touching_what_is_there(passed, second, decided):
-    written, result = second
+def test_new_decision_changes_no_existing_file(passed, second_decision, decided):
+    decision, result = second_decision
     assert result.decision.verdict == "fail"
-    assert written.path.name == "decision-2.json"
+    assert decision.path.name == "decision-2.json"
     before, after = (
         {path.name: path.read_bytes() for path in folder.iterdir()} for folder in (passed, decided)
     )
@@ -78,7 +78,7 @@ def test_it_is_decided_anew_without_touching_what_is_there(passed, second, decid
     assert set(after) - set(before) == {"decision-2.json"}
 
 
-def test_the_record_says_who_why_when_of_what_and_what_held_before(decided):
+def test_decision_file_has_person_reason_time_run_and_previous_decision(decided):
     document = json.loads((decided / "decision-2.json").read_text(encoding="utf-8"))
     assert document["run"] == {"id": decided.name, "digest_sha256": read(decided).digest}
     assert (document["by"], document["reason"]) == ("A. Person", "a test")
@@ -91,13 +91,13 @@ def test_the_record_says_who_why_when_of_what_and_what_held_before(decided):
     assert document["decision"]["verdict"] == "fail"
 
 
-def test_the_numbers_are_those_of_the_first_analysis(second, passed):
-    written, _ = second
+def test_decision_uses_result_of_first_analysis(second_decision, passed):
+    decision, _ = second_decision
     first = read(passed).result_document["headline"]["compensated"]
-    assert written.document["decision"]["result"] == first
+    assert decision.document["decision"]["result"] == first
 
 
-def test_each_decision_follows_the_one_before(decided_copy):
+def test_decisions_form_a_chain(decided_copy):
     acceptances = []
     decide_again(
         decided_copy,
@@ -112,41 +112,41 @@ def test_each_decision_follows_the_one_before(decided_copy):
 
 
 @pytest.mark.parametrize("name", ["by", "reason"])
-def test_without_name_or_reason_nothing_is_decided(folder, name):
+def test_decision_needs_name_and_reason(folder, name):
     who = Decider(**{**vars(WHO), name: " "})
     with pytest.raises(UsageError, match="needs a name and a reason"):
-        again(folder, who=who)
+        decide(folder, who=who)
     assert later_decisions(read(folder), folder) == ()
 
 
-def test_what_holds_already_is_no_decision(decided_copy):
+def test_unchanged_acceptance_is_refused(decided_copy):
     with pytest.raises(UsageError, match="already in force"):
-        again(decided_copy)
+        decide(decided_copy)
 
 
-def test_a_limit_of_another_torque_is_refused(folder):
+def test_limit_of_another_measurand_is_refused(folder):
     limit = LIMIT | {
         "source": "AS14101",
         "measurand": {"nature": "no_load", "condition": "from_rest"},
     }
     with pytest.raises(DataError, match="AS14101: the limit is for the no-load torque from rest"):
-        again(folder, Acceptance.model_validate({"limits": [limit]}))
+        decide(folder, Acceptance.model_validate({"limits": [limit]}))
     assert later_decisions(read(folder), folder) == ()
 
 
 @pytest.mark.usefixtures("tester")
-def test_a_measurand_is_refused_for_a_result_that_states_none(tmp_path):
+def test_measurand_is_refused_for_result_without_one(tmp_path):
     readings = helpers_tester.run(helpers_tester.procedure_file(tmp_path, "idle"), tmp_path).folder
     limit = {"of": "idle_torque", "where": {"tester.frequency": "8 Hz"}}
     acceptance = Acceptance.model_validate({"limits": [LIMIT | limit | {"mean": False}]})
     with pytest.raises(DataError, match="'idle_torque' does not say whether it is the "):
-        again(readings, acceptance)
+        decide(readings, acceptance)
 
 
-def test_a_run_that_compensates_nothing_is_refused(passed):
+def test_run_without_result_is_refused(passed):
     no_load = next(path for path in passed.parent.iterdir() if "NLI" in path.name)
     with pytest.raises(DataError, match="has no result to decide on"):
-        again(no_load)
+        decide(no_load)
 
 
 def spoil(change):
@@ -158,18 +158,18 @@ def spoil(change):
     return spoiled
 
 
-def test_a_measurand_of_another_version_of_the_plugin_is_kept_as_it_is_written(decided):
-    written = {"nature": "of_old", "since": 7}
+def test_measurand_of_other_plugin_version_is_kept_as_written(decided):
+    stored = {"nature": "of_old", "since": 7}
     path = decided / "decision-2.json"
     before = path.read_text(encoding="utf-8")
-    spoil(lambda document: document["acceptance"]["limits"][0].update(measurand=written))(path)
+    spoil(lambda document: document["acceptance"]["limits"][0].update(measurand=stored))(path)
     (decision,) = later_decisions(read(decided), decided)
     path.write_text(before, encoding="utf-8")
-    assert decision.acceptance.limits[0].as_written()["measurand"] == written
+    assert decision.acceptance.limits[0].as_written()["measurand"] == stored
 
 
 @pytest.mark.parametrize(
-    ("spoiled", "words"),
+    ("spoiled", "message"),
     [
         (lambda path: path.write_text("{", encoding="utf-8"), "is not a decision"),
         (lambda path: path.write_text("[]", encoding="utf-8"), "is not a decision"),
@@ -190,13 +190,13 @@ def test_a_measurand_of_another_version_of_the_plugin_is_kept_as_it_is_written(d
         (lambda path: path.rename(path.with_name("decision-3.json")), "does not follow run.h5"),
     ],
 )
-def test_a_spoiled_record_is_told_not_passed_over(decided_copy, spoiled, words):
+def test_invalid_decision_file_is_reported(decided_copy, spoiled, message):
     spoiled(decided_copy / "decision-2.json")
-    with pytest.raises(DataError, match=words):
+    with pytest.raises(DataError, match=message):
         later_decisions(read(decided_copy), decided_copy)
 
 
-def test_other_files_are_no_decisions(folder):
+def test_other_files_are_not_read_as_decisions(folder):
     for name in ("decision.json", "decision-02.json", "decision-2.json.tmp", "my-decision-2.json"):
         (folder / name).write_text("{", encoding="utf-8")
     assert later_decisions(read(folder), folder) == ()

@@ -1,4 +1,4 @@
-"""What analyses show while a run goes on."""
+"""What analyses show during a run."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ def settings_of(**more):
             "result": {"name": "voltage", "symbol": "U", "unit": "mV"}, **more}  # fmt: skip
 
 
-def recorded(name, current, values):
+def recording_events(name, current, values):
     """Yield the events of a recording, in blocks of seven."""
     units = {"load.current": "A", "meter.voltage": "V"}
     yield StepStarted(**STAMP, **STEP, text="", recording=name, units=units,
@@ -44,22 +44,22 @@ class Screen:
     def __init__(self):
         self.shown = []
 
-    def __call__(self, found, *, is_whole):
-        self.shown.append((found, is_whole))
+    def __call__(self, findings, *, is_whole):
+        self.shown.append((findings, is_whole))
 
 
 def run_of(**instruments):
-    """Return a run of which no more is known than its instruments."""
-    known = dict.fromkeys(field.name for field in fields(RunData))
-    return RunData(**known | {"instruments": instruments, "zeros": {}, "recordings": ()})
+    """Return a run of which only the instruments are known."""
+    values = dict.fromkeys(field.name for field in fields(RunData))
+    return RunData(**values | {"instruments": instruments, "zeros": {}, "recordings": ()})
 
 
-def followed(folds, instruments=()):
+def follow_run(folds, instruments=()):
     screen = Screen()
     follow = Following(folds, lambda: run_of(**dict(instruments)), screen)
-    zeroed = {"meter.voltage": ZERO}
-    follow(StepEnded(**STAMP, step="zero", index=0, action="zero", ok=True, values=zeroed))
-    for event in (*recorded("1", 1.0, VALUES), *recorded("2", 2.0, 2 * VALUES)):
+    zeros = {"meter.voltage": ZERO}
+    follow(StepEnded(**STAMP, step="zero", index=0, action="zero", ok=True, values=zeros))
+    for event in (*recording_events("1", 1.0, VALUES), *recording_events("2", 2.0, 2 * VALUES)):
         follow(event)
     return screen.shown
 
@@ -74,9 +74,9 @@ def followed(folds, instruments=()):
         ("standard_deviation", lambda values: np.std(values, ddof=1)),
     ],
 )
-def test_a_running_statistic_is_that_of_all_readings_less_their_zero(statistic, expected):
+def test_running_statistic_covers_all_readings_minus_zero(statistic, expected):
     fold = load_registry().live("readings", settings_of(statistic=statistic))
-    screens = followed([("readings", fold)])
+    screens = follow_run([("readings", fold)])
     findings, is_whole = screens[-1]
     assert is_whole
     places = [result.place for result in findings.results]
@@ -93,44 +93,44 @@ def test_a_running_statistic_is_that_of_all_readings_less_their_zero(statistic, 
     assert figure.series[0].points[0].y == pytest.approx(1000 * expected(first))
 
 
-def test_readings_are_corrected_as_in_the_analysis():
+def test_live_readings_are_corrected_as_in_analysis():
     corrected = SimpleNamespace(corrected=lambda values, zero: values - zero - CORRECTION)
     fold = load_registry().live("readings", settings_of())
-    (findings, _) = followed([("readings", fold)], {"meter.voltage": corrected}.items())[-1]
+    (findings, _) = follow_run([("readings", fold)], {"meter.voltage": corrected}.items())[-1]
     assert findings.results[0].estimate.value == pytest.approx(
         1000 * (VALUES.mean() - ZERO - CORRECTION)
     )
 
 
-def test_one_that_raises_is_left_out_with_a_note_and_the_others_stay():
+def test_failing_live_analysis_is_dropped_with_a_note():
     class Broken:
         def begin(self, *_):
             raise ZeroDivisionError("by a stranger")
 
     fold = load_registry().live("readings", settings_of())
-    findings, _ = followed([("broken", Broken()), ("readings", fold)])[-1]
+    findings, _ = follow_run([("broken", Broken()), ("readings", fold)])[-1]
     assert len(findings.results) == 2
     assert findings.notes == ("broken is shown no more: ZeroDivisionError: by a stranger",)
 
 
-def test_the_curve_of_a_long_recording_is_bounded():
+def test_curve_of_long_recording_has_limited_points():
     fold = load_registry().live("readings", settings_of())
     screen = Screen()
     follow = Following([("r", fold)], run_of, screen)
-    for event in recorded("1", 1.0, np.zeros(7 * 5000)):
+    for event in recording_events("1", 1.0, np.zeros(7 * 5000)):
         follow(event)
     findings, _ = screen.shown[-1]
     assert 100 < len(findings.figures[0].series[0].points) <= 400
 
 
 class Ramp:
-    """A live analysis that draws each block, and notes what it was given."""
+    """A live analysis that draws each block, and keeps what it got when a recording began."""
 
     def __init__(self):
-        self.begun = []
+        self.recordings = []
 
     def begin(self, recording, run):
-        self.begun.append((recording.name, recording.setpoints, dict(run.zeros)))
+        self.recordings.append((recording.name, recording.setpoints, dict(run.zeros)))
 
     def take(self, block):
         values = block.channels["meter.voltage"]
@@ -142,27 +142,27 @@ class Ramp:
         return Findings()
 
 
-def test_curves_are_drawn_block_by_block_with_the_time_at_which_they_were_complete():
-    drawn, fold = [], Ramp()
-    follow = Following([("ramp", fold)], run_of, Screen(), lambda *curve: drawn.append(curve))
+def test_curves_are_drawn_per_block_with_time_of_completion():
+    curves, fold = [], Ramp()
+    follow = Following([("ramp", fold)], run_of, Screen(), lambda *curve: curves.append(curve))
     follow(StepEnded(**STAMP, step="zero", index=0, action="zero", ok=True, values={"a.b": 2.0}))
-    for event in recorded("1", 1.0, VALUES):
+    for event in recording_events("1", 1.0, VALUES):
         follow(event)
-    assert fold.begun == [("1", {"load.current": 1.0}, {"a.b": 2.0})]
-    assert [name for name, *_ in drawn] == ["1"] * 6
-    assert np.concatenate([curve.series[""] for _, curve, _ in drawn]).tolist() == VALUES.tolist()
+    assert fold.recordings == [("1", {"load.current": 1.0}, {"a.b": 2.0})]
+    assert [name for name, *_ in curves] == ["1"] * 6
+    assert np.concatenate([curve.series[""] for _, curve, _ in curves]).tolist() == VALUES.tolist()
     # the event is as late as the last sample of its block, and the curve ended two samples before
-    assert [at for *_, at in drawn] == pytest.approx([-0.02] * 6)
+    assert [at for *_, at in curves] == pytest.approx([-0.02] * 6)
 
 
-def test_what_is_not_kept_is_drawn_and_enters_no_result():
-    drawn, screen, fold = [], Screen(), load_registry().live("readings", settings_of())
+def test_unrecorded_samples_are_drawn_but_enter_no_result():
+    curves, screen, fold = [], Screen(), load_registry().live("readings", settings_of())
     follow = Following(
-        [("ramp", Ramp()), ("readings", fold)], run_of, screen, lambda *curve: drawn.append(curve)
+        [("ramp", Ramp()), ("readings", fold)], run_of, screen, lambda *curve: curves.append(curve)
     )
-    for event in (*recorded("1", 1.0, VALUES), *recorded("", 2.0, VALUES)):
+    for event in (*recording_events("1", 1.0, VALUES), *recording_events("", 2.0, VALUES)):
         follow(event)
-    assert [name for name, *_ in drawn] == ["1"] * 6 + [""] * 6
+    assert [name for name, *_ in curves] == ["1"] * 6 + [""] * 6
     assert {result.place for findings, _ in screen.shown for result in findings.results} == {
         "load.current = 1 A"
     }
@@ -171,10 +171,8 @@ def test_what_is_not_kept_is_drawn_and_enters_no_result():
 @pytest.mark.parametrize(
     ("took_s", "draws", "shows"), [(1.0, True, 0), (0.01, True, 2), (1.0, False, 2)]
 )
-def test_findings_that_take_long_hold_up_no_curves_at_the_end_of_a_recording(
-    monkeypatch, took_s, draws, shows
-):
-    """Two recordings of less than the time that one look at them takes."""
+def test_slow_findings_do_not_delay_curves_at_end_of_recording(monkeypatch, took_s, draws, shows):
+    """Both recordings are shorter than the calculation of their findings."""
     now_s = 100.0
 
     class Slow(Ramp):
@@ -187,14 +185,14 @@ def test_findings_that_take_long_hold_up_no_curves_at_the_end_of_a_recording(
     screen = Screen()
     draw = (lambda *_: None) if draws else None
     follow = Following([("r", Slow())], run_of, screen, draw)
-    for event in (*recorded("1", 1.0, VALUES), *recorded("2", 2.0, VALUES)):
+    for event in (*recording_events("1", 1.0, VALUES), *recording_events("2", 2.0, VALUES)):
         follow(event)
     assert sum(is_whole for _, is_whole in screen.shown) == shows
     assert len(screen.shown) == 1 + shows
 
 
 class Snapshots(Ramp):
-    """Its findings of each snapshot are made once they may be."""
+    """A live analysis whose snapshots are analysed once `may` is set."""
 
     def __init__(self, may):
         super().__init__()
@@ -222,18 +220,18 @@ def until(condition):
         time.sleep(0.005)
 
 
-def test_curves_are_drawn_while_the_findings_of_a_snapshot_are_made():
-    drawn, screen, fold = [], Screen(), Snapshots(threading.Event())
-    follow = Following([("s", fold)], run_of, screen, lambda *curve: drawn.append(curve))
-    for event in recorded("1", 1.0, VALUES):
+def test_curves_are_drawn_while_snapshot_is_analysed():
+    curves, screen, fold = [], Screen(), Snapshots(threading.Event())
+    follow = Following([("s", fold)], run_of, screen, lambda *curve: curves.append(curve))
+    for event in recording_events("1", 1.0, VALUES):
         follow(event)
-    assert (len(drawn), fold.taken, screen.shown) == (6, 1, [])
+    assert (len(curves), fold.taken, screen.shown) == (6, 1, [])
     fold.may.set()
     until(lambda: screen.shown)
     assert [findings.notes for findings, _ in screen.shown] == [("of 1 blocks",)]
 
 
-def test_a_snapshot_of_which_no_findings_can_be_made_is_left_out_with_a_note():
+def test_failing_snapshot_is_dropped_with_a_note():
     class Broken(Ramp):
         def snapshot(self):
             return lambda: 1 / 0
@@ -241,7 +239,7 @@ def test_a_snapshot_of_which_no_findings_can_be_made_is_left_out_with_a_note():
     screen, fold = Screen(), load_registry().live("readings", settings_of())
     folds = [("broken", Broken()), ("readings", fold)]
     follow = Following(folds, run_of, screen, lambda *_: None)
-    for event in recorded("1", 1.0, VALUES):
+    for event in recording_events("1", 1.0, VALUES):
         follow(event)
         until(lambda: not (follow._thread and follow._thread.is_alive()))
     findings, _ = screen.shown[-1]
@@ -249,9 +247,9 @@ def test_a_snapshot_of_which_no_findings_can_be_made_is_left_out_with_a_note():
     assert [result.place for result in findings.results] == ["load.current = 1 A"]
 
 
-def test_on_the_command_line_no_snapshot_is_taken():
+def test_no_snapshot_is_taken_without_drawing():
     fold = Snapshots(threading.Event())
     follow = Following([("s", fold)], run_of, Screen())
-    for event in recorded("1", 1.0, VALUES):
+    for event in recording_events("1", 1.0, VALUES):
         follow(event)
     assert fold.taken == 0

@@ -20,29 +20,29 @@ LOADED = parse_procedure(edited(PROCEDURE, (INPUTS.splitlines(keepends=True)[0],
 
 
 class Person(UnattendedAnswers):
-    """Answers what has no unattended answer, and remembers what was asked."""
+    """Answers questions without an unattended answer, and records the steps that asked."""
 
     def __init__(self) -> None:
-        self.asked: list[str] = []
+        self.steps: list[str] = []
 
     def ask(self, step, question):
-        self.asked.append(step)
+        self.steps.append(step)
         return question.unattended or "Zoë"
 
 
 def answered(inputs):
     person = Person()
-    return answer_inputs(LOADED, inputs, person), person.asked
+    return answer_inputs(LOADED, inputs, person), person.steps
 
 
-def test_what_is_not_given_is_asked():
+def test_missing_inputs_are_asked():
     values, questions = answered({"room": "24", "specimen": "SN-17"})
 
     assert values == {"specimen": "SN-17", "room": "24 °C", "side": "left", "operator": "Zoë"}
     assert questions == ["inputs.side", "inputs.operator"]
 
 
-def test_without_an_unattended_answer_nobody_can_answer():
+def test_missing_unattended_answer_is_refused():
     with pytest.raises(UsageError, match=r"inputs\.operator: there is nobody to answer 'Name'"):
         answer_inputs(LOADED, {}, UnattendedAnswers())
 
@@ -57,13 +57,13 @@ def test_without_an_unattended_answer_nobody_can_answer():
          "did you mean 'left'?"),
     ],
 )  # fmt: skip
-def test_a_given_value_is_checked_before_anything_is_asked(inputs, message, hint):
+def test_given_inputs_are_checked_before_questions(inputs, message, hint):
     person = Person()
     with pytest.raises(UsageError) as caught:
         answer_inputs(LOADED, inputs, person)
 
     assert (caught.value.message, caught.value.hint) == (message, hint)
-    assert person.asked == []
+    assert person.steps == []
 
 
 @pytest.fixture
@@ -76,7 +76,7 @@ def answers(tmp_path):
     return write
 
 
-def test_a_file_of_answers(answers):
+def test_answers_are_read_from_file(answers):
     path = answers("specimen: SN-17      # as engraved\nroom: 24.5 °C\nside: right\n")
 
     assert read_answers(path, LOADED) == {
@@ -104,7 +104,7 @@ def test_a_file_of_answers(answers):
         ("specimen: &a x\nside: *a", "1:11", "the anchor &a is not allowed", ""),
     ],
 )  # fmt: skip
-def test_a_spoiled_file_of_answers(answers, text, line, message, hint):
+def test_invalid_file_of_answers_is_refused(answers, text, line, message, hint):
     path = answers(text)
     problem = problems_of(read_answers, path, LOADED)[0]
 
@@ -113,7 +113,7 @@ def test_a_spoiled_file_of_answers(answers, text, line, message, hint):
     assert str(problem).startswith(f"{path}:{line}")
 
 
-def test_all_that_is_wrong_with_answers_is_told_at_once(answers):
+def test_all_problems_of_answers_are_reported_together(answers):
     path = answers("specimen: 17\nroom: 5 N\nzzz: a\n")
 
     assert [problem.field for problem in problems_of(read_answers, path, LOADED)] == [
@@ -123,5 +123,5 @@ def test_all_that_is_wrong_with_answers_is_told_at_once(answers):
     ]
 
 
-def test_a_file_of_answers_that_is_not_there(tmp_path):
+def test_missing_file_of_answers_is_refused(tmp_path):
     assert "cannot be read" in only_problem(read_answers, tmp_path / "no.yaml", LOADED).message

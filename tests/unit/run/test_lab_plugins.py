@@ -74,8 +74,8 @@ LEFT = ResultDefinition(name="side_torque", unit="N·m", measurand=Side("left"))
 
 def of_left_side(run):
     noise = Component("noise", 0.01, 9.0, "normal", common=False)
-    found = MeasurementResult(of=LEFT, estimate=Estimate(0.5, 0.01, 9.0), components=(noise,))
-    return Findings(results=(found,))
+    result = MeasurementResult(of=LEFT, estimate=Estimate(0.5, 0.01, 9.0), components=(noise,))
+    return Findings(results=(result,))
 
 
 @hookimpl
@@ -93,7 +93,7 @@ def rigrunner_analyses():
 pytestmark = pytest.mark.usefixtures("tester")
 
 
-def test_a_plugin_from_the_stations_folder_takes_part_and_is_on_record(tmp_path):
+def test_plugin_from_folder_of_station_is_used_and_recorded(tmp_path):
     (tmp_path / "my_plugins").mkdir()
     (tmp_path / "my_plugins" / "rule.py").write_text(RULE)
     station = station_file(tmp_path, ("id: bench\n", "id: bench\nplugins: my_plugins\n"))
@@ -107,18 +107,18 @@ def test_a_plugin_from_the_stations_folder_takes_part_and_is_on_record(tmp_path)
     assert finished.error is None
     assert finished.exit_code == ExitCode.PASS
     assert "rule.py sha256:" in read(finished.folder).header.provenance["plugin providers"]
-    assert_analysed_again_with_the_station_alone(finished.folder, station, tmp_path / "again.html")
+    assert_reanalysis_needs_the_station(finished.folder, station, tmp_path / "again.html")
 
 
 def loaded(folder, *changes):
     return procedure_file(folder, "loaded", *changes)
 
 
-def assert_analysed_again_with_the_station_alone(folder, station, report):
+def assert_reanalysis_needs_the_station(folder, station, report):
     for words in (["analyse", folder], ["report", folder, "--out", report]):
-        without = call(*words)
-        assert without.code == ExitCode.INVALID
-        assert "there is no decision rule 'twice'" in without.err
+        result = call(*words)
+        assert result.code == ExitCode.INVALID
+        assert "there is no decision rule 'twice'" in result.err
         assert call(*words, "--station", station).code == ExitCode.PASS
     assert report.is_file()
 
@@ -141,28 +141,28 @@ def limits(measurand, at_most="1 N·m"):
     )
 
 
-def test_an_analysis_of_the_station_has_a_measurand_of_its_own(tmp_path):
+def test_analysis_of_station_can_define_its_measurand(tmp_path):
     (tmp_path / "my_plugins").mkdir()
     (tmp_path / "my_plugins" / "sides.py").write_text(SIDES, encoding="utf-8")
     station = station_file(tmp_path, ("id: bench\n", "id: bench\nplugins: my_plugins\n"))
-    for wrong, words in (
+    for wrong, message in (
         ("side: top", ".measurand.side: got 'top', expected 'left' or 'right'"),
         ("side: right", ".measurand: it is the torque of the left side, not the torque of the"),
     ):
-        with pytest.raises(InvalidFileError) as refused:
+        with pytest.raises(InvalidFileError) as caught:
             run(sides(tmp_path, wrong), tmp_path / "runs", station=station)
-        (problem,) = refused.value.problems
-        assert f"acceptance.limits[0]{words}" in f"{problem.field}: {problem.message}"
+        (problem,) = caught.value.problems
+        assert f"acceptance.limits[0]{message}" in f"{problem.field}: {problem.message}"
     finished = run(sides(tmp_path, "side: left"), tmp_path / "runs", station=station)
     assert finished.error is None
     assert finished.exit_code == ExitCode.PASS
-    decided = read(finished.folder).result_document["decision"]
-    assert decided["measurand"] == {"side": "left", "text": "torque of the left side"}
+    decision = read(finished.folder).result_document["decision"]
+    assert decision["measurand"] == {"side": "left", "text": "torque of the left side"}
     assert call("verify", finished.folder, "--station", station).code == ExitCode.PASS
-    again(finished.folder, station)
+    decide_again(finished.folder, station)
 
 
-def again(folder, station):
+def decide_again(folder, station):
     """Decide again by a lower limit, of the other side and of this one, and by another rule."""
     file = folder.parent / "acceptance.yaml"
     words = "decide", folder, "--station", station, "--by", "A. Person", "--reason", "a test"
@@ -171,16 +171,16 @@ def again(folder, station):
         file.write_text(text, encoding="utf-8")
         assert call(*words, "--acceptance", file).code == code
     assert call(*words, "--rule", "guard_band_u").code == ExitCode.FAIL
-    of_another = f"rigrunner: acceptance/1\n{limits('nature: no_load')}"
-    file.write_text(of_another, encoding="utf-8")
+    other_measurand = f"rigrunner: acceptance/1\n{limits('nature: no_load')}"
+    file.write_text(other_measurand, encoding="utf-8")
     assert "measurand.side: the key 'side' is missing" in call(*words, "--acceptance", file).err
-    file.write_text(re.sub(r",\s+measurand: {.*?}", "", of_another), encoding="utf-8")
-    without = call(*words, "--acceptance", file).err
-    assert "the key 'measurand' is missing" in without
-    assert "nature" not in without  # a key of an analysis that the procedure does not name
+    file.write_text(re.sub(r",\s+measurand: {.*?}", "", other_measurand), encoding="utf-8")
+    errors = call(*words, "--acceptance", file).err
+    assert "the key 'measurand' is missing" in errors
+    assert "nature" not in errors  # a key of an analysis that the procedure does not use
 
 
-def test_a_missing_plugin_folder_is_a_problem_of_the_station(tmp_path):
+def test_missing_plugin_folder_is_a_problem_of_the_station(tmp_path):
     station = station_file(tmp_path, ("id: bench\n", "id: bench\nplugins: nowhere\n"))
     with pytest.raises(InvalidFileError, match=r"station\.yaml:3:10: plugins: there is no plugin"):
         run(procedure_file(tmp_path, "idle"), tmp_path / "runs", station=station)

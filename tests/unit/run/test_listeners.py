@@ -1,4 +1,4 @@
-"""Plugins that a station lets listen to its runs."""
+"""Plugins of a station that listen to its runs."""
 
 from __future__ import annotations
 
@@ -63,20 +63,20 @@ def lab(tmp_path):
     (tmp_path / "plugins" / "messages.py").write_text(PLUGIN, encoding="utf-8")
 
     def station(*listeners):
-        named = "".join(f"\n  - {listener}" for listener in listeners)
+        lines = "".join(f"\n  - {listener}" for listener in listeners)
         return station_file(
             tmp_path,
-            ("id: bench\n", f"id: bench\nplugins: plugins\nlisteners:{named}\n"),
+            ("id: bench\n", f"id: bench\nplugins: plugins\nlisteners:{lines}\n"),
         )
 
     return tmp_path, station
 
 
-def test_a_listener_is_told_of_the_run_from_its_start_to_its_end(lab):
+def test_listener_gets_events_from_start_to_end(lab):
     folder, station = lab
     file = folder / "events"
-    named = f"{{plugin: lab_messages, settings: {{file: {file}}}}}"
-    finished = run(procedure_file(folder, "idle"), folder / "runs", station=station(named))
+    listener = f"{{plugin: lab_messages, settings: {{file: {file}}}}}"
+    finished = run(procedure_file(folder, "idle"), folder / "runs", station=station(listener))
     assert finished.error is None
     kinds = file.read_text().split()
     assert (kinds[:2], kinds[-2:]) == (["RunPlanned", "RunStarted"], ["RunEnded", "RunFinished"])
@@ -84,11 +84,11 @@ def test_a_listener_is_told_of_the_run_from_its_start_to_its_end(lab):
     assert "Samples" in kinds
 
 
-def test_one_that_fails_is_dropped_and_the_run_goes_on(lab):
+def test_failing_listener_is_dropped_and_run_continues(lab):
     folder, station = lab
     file = folder / "broken"
-    named = f"{{plugin: lab_messages, settings: {{file: {file}}}}}"
-    finished = run(procedure_file(folder, "idle"), folder / "runs", station=station(named))
+    listener = f"{{plugin: lab_messages, settings: {{file: {file}}}}}"
+    finished = run(procedure_file(folder, "idle"), folder / "runs", station=station(listener))
     assert finished.error is None
     assert file.read_text().split() == ["RunPlanned"]
     assert no_listener_is_left()
@@ -100,7 +100,7 @@ def test_one_that_fails_is_dropped_and_the_run_goes_on(lab):
 
 
 @pytest.mark.parametrize(
-    ("named", "message"),
+    ("listener", "message"),
     [
         ("{plugin: lab_mesages}", r"station.yaml:\d+:14: .*there is no event sink 'lab_mesages'"),
         ("{plugin: lab_messages}", r"the key 'file' is missing"),
@@ -108,26 +108,26 @@ def test_one_that_fails_is_dropped_and_the_run_goes_on(lab):
         ("lab_messages", "listeners"),
     ],
 )
-def test_one_that_cannot_be_is_refused_where_it_is_named(lab, named, message):
+def test_invalid_listener_is_refused_with_its_place(lab, listener, message):
     folder, station = lab
     procedure = procedure_file(folder, "idle")
     with pytest.raises(InvalidFileError, match=message):
-        plan_run(procedure, station(named), load_registry(), SimulatedClock())
+        plan_run(procedure, station(listener), load_registry(), SimulatedClock())
 
 
 def no_listener_is_left():
     return not [thread for thread in threading.enumerate() if thread.name.startswith("listener ")]
 
 
-def wait_until(holds, longest_s=60.0):
-    until = time.monotonic() + longest_s
-    while not holds():
-        assert time.monotonic() < until
+def wait_until(condition, longest_s=60.0):
+    end_s = time.monotonic() + longest_s
+    while not condition():
+        assert time.monotonic() < end_s
         time.sleep(0.001)
 
 
-def test_one_that_hangs_holds_up_nothing():
-    """Two events wait, one is with the listener; the run waits half a second for room, once."""
+def test_hanging_listener_delays_nothing():
+    """Two events are queued, one is being handled; the run waits half a second for room, once."""
     hang, events = threading.Event(), []
 
     def sink(event):
@@ -140,7 +140,7 @@ def test_one_that_hangs_holds_up_nothing():
     wait_until(lambda: events)
     detached("two")
     detached("three")
-    assert detached._patience_s == listening.PATIENCE_S  # none of it is used up
+    assert detached._patience_s == listening.PATIENCE_S  # not used up
     with pytest.raises(TimeoutError, match="it does not keep up"):
         detached("four")
     detached.close()
@@ -150,7 +150,7 @@ def test_one_that_hangs_holds_up_nothing():
     assert events == ["one"]
 
 
-def test_one_that_is_a_little_too_slow_is_dropped_and_sets_no_pace():
+def test_slow_listener_is_dropped():
     """Each event finds room before half a second is over, and the run would wait 2000 times."""
     detached = Detached("slow", lambda _event: time.sleep(0.02), most_waiting=2)
 
@@ -166,22 +166,22 @@ def test_one_that_is_a_little_too_slow_is_dropped_and_sets_no_pace():
     wait_until(no_listener_is_left)
 
 
-def test_what_comes_in_thousands_at_once_waits_its_turn():
-    events, go_on = [], threading.Event()
+def test_thousands_of_events_are_queued_in_order():
+    events, release = [], threading.Event()
 
     def sink(event):
-        go_on.wait(60)
+        release.wait(60)
         events.append(event)
 
     detached = Detached("later", sink)
     for number in range(20_000):
         detached(number)
-    go_on.set()
+    release.set()
     detached.close()
     assert events == list(range(20_000))
 
 
-def test_one_that_wants_to_close_is_closed_once_in_its_thread_also_after_a_failure():
+def test_listener_is_closed_once_in_its_thread_even_after_failure():
     events = []
 
     class Sink:
@@ -205,7 +205,7 @@ def test_one_that_wants_to_close_is_closed_once_in_its_thread_also_after_a_failu
     assert events == ["one", "listener closing"] * 2
 
 
-def test_what_waits_at_the_end_is_still_handed_over():
+def test_queued_events_are_delivered_on_close():
     events = []
 
     def sink(event):
@@ -220,12 +220,12 @@ def test_what_waits_at_the_end_is_still_handed_over():
     assert no_listener_is_left()
 
 
-def test_what_waits_for_a_listener_is_bounded_in_bytes_and_all_is_handed_over(monkeypatch):
-    events, go_on = [], threading.Event()
+def test_queue_of_samples_is_limited_by_size(monkeypatch):
+    events, release = [], threading.Event()
 
     def sink(event):
         events.append(event.seq)
-        go_on.wait(60)
+        release.wait(60)
 
     stamp = {"monotonic_s": 0.0, "utc": "", "recording": "a"}
     block = Block(1e6, 0, 0.0, {"tester.torque": np.zeros(128_000)})
@@ -236,19 +236,19 @@ def test_what_waits_for_a_listener_is_bounded_in_bytes_and_all_is_handed_over(mo
         detached(Samples(seq=seq, block=block, **stamp))
     with pytest.raises(TimeoutError, match="it does not keep up"):
         detached(Samples(seq=5, block=block, **stamp))
-    go_on.set()
+    release.set()
     detached.close()
-    monkeypatch.setattr(listening, "PATIENCE_S", 60.0)  # for it, the run finds room in time
-    all_of_them = []
-    detached = Detached("quick", lambda event: all_of_them.append(event.seq), most_waiting=1600)
+    monkeypatch.setattr(listening, "PATIENCE_S", 60.0)  # so that there is room in time
+    seqs = []
+    detached = Detached("quick", lambda event: seqs.append(event.seq), most_waiting=1600)
     for seq in range(50):
         detached(Samples(seq=seq, block=block, **stamp))
     detached.close()
-    assert all_of_them == list(range(50))
+    assert seqs == list(range(50))
     wait_until(no_listener_is_left)
 
 
-def test_a_listener_that_would_end_the_program_is_one_that_failed():
+def test_listener_raising_system_exit_has_failed():
     def ends(_event):
         raise SystemExit(0)
 
@@ -261,23 +261,23 @@ def test_a_listener_that_would_end_the_program_is_one_that_failed():
         detached(event)
 
 
-def test_listeners_that_end_slowly_are_waited_for_at_once():
-    together = threading.Barrier(4)
+def test_slow_listeners_are_closed_concurrently():
+    barrier = threading.Barrier(4)
 
     class Sink:
         def __call__(self, _event):
             pass
 
         def close(self):
-            together.wait(60.0)
+            barrier.wait(60.0)
 
-    named = [SimpleNamespace(plugin=f"slow {n}", settings={}) for n in range(4)]
+    records = [SimpleNamespace(plugin=f"slow {n}", settings={}) for n in range(4)]
     planned = SimpleNamespace(
         registry=SimpleNamespace(make=lambda *_: Sink()),
-        station=SimpleNamespace(model=SimpleNamespace(listeners=named)),
+        station=SimpleNamespace(model=SimpleNamespace(listeners=records)),
         clock=SimulatedClock(),
     )
     with listeners_of(planned) as listeners:
         pass
-    assert not together.broken
+    assert not barrier.broken
     assert not any(listener._thread.is_alive() for listener in listeners.sinks)

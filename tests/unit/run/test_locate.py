@@ -15,7 +15,7 @@ def test_shipped_files_are_found_by_name():
     assert find_station("simulated").name == "simulated.yaml"
 
 
-def test_a_path_wins_over_a_shipped_name(tmp_path, monkeypatch):
+def test_path_takes_precedence_over_shipped_name(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     (tmp_path / "simulated").write_text("mine")
     assert find_station("simulated").read_text() == "mine"
@@ -29,12 +29,12 @@ def test_a_path_wins_over_a_shipped_name(tmp_path, monkeypatch):
         ("sub/starting_torque_1000n", "there is no procedure"),
     ],
 )
-def test_an_unknown_procedure_is_answered_with_what_there_is(name, words):
+def test_unknown_procedure_error_suggests_names(name, words):
     with pytest.raises(UsageError, match=words):
         find_procedure(name)
 
 
-def test_a_folder_is_no_procedure(tmp_path):
+def test_folder_is_not_a_procedure(tmp_path):
     with pytest.raises(UsageError, match="is a folder, not a procedure file"):
         find_procedure(str(tmp_path))
 
@@ -47,7 +47,7 @@ def runs(tmp_path):
     return tmp_path
 
 
-def test_of_very_many_runs_the_newest_are_named(tmp_path):
+def test_only_newest_of_many_runs_are_suggested(tmp_path):
     names = [f"2026{month:02}{day:02}T000000Z_A" for month in (1, 2) for day in range(1, 29)]
     for name in names:
         (tmp_path / name).mkdir()
@@ -64,7 +64,7 @@ def test_runs_are_listed_oldest_first_without_hidden_folders(runs):
     assert run_names(runs / "nowhere") == []
 
 
-def test_a_run_is_found_by_path_file_name_and_unique_beginning(runs):
+def test_run_is_found_by_path_file_name_and_unique_prefix(runs):
     folder = runs / "20260102T000000Z_B_x"
     assert find_run(str(folder), runs) == folder
     assert find_run(str(folder / "run.h5"), runs) == folder
@@ -72,7 +72,7 @@ def test_a_run_is_found_by_path_file_name_and_unique_beginning(runs):
     assert find_run("20260102", runs) == folder
 
 
-def test_an_ambiguous_or_unknown_run_says_which_there_are(runs):
+def test_ambiguous_or_unknown_run_error_suggests_runs(runs):
     with pytest.raises(UsageError, match="could be any of: 20260101T000000Z_A_x, "):
         find_run("20260101", runs)
     with pytest.raises(UsageError, match="did you mean '20260102T000000Z_B_x'"):
@@ -89,7 +89,7 @@ def test_an_ambiguous_or_unknown_run_says_which_there_are(runs):
         ("lab", "YAML files in it: station.yaml"),
     ],
 )
-def test_a_mistyped_file_is_looked_for_where_it_would_be(tmp_path, monkeypatch, path, hint):
+def test_mistyped_file_error_suggests_files_of_its_folder(tmp_path, monkeypatch, path, hint):
     monkeypatch.chdir(tmp_path)
     (tmp_path / "lab").mkdir()
     for folder in (tmp_path, tmp_path / "lab"):
@@ -99,7 +99,7 @@ def test_a_mistyped_file_is_looked_for_where_it_would_be(tmp_path, monkeypatch, 
     assert caught.value.hint.replace("\\", "/") == hint
 
 
-def test_a_file_that_a_person_writes_or_reads_is_no_run(tmp_path):
+def test_procedure_file_is_not_a_run(tmp_path):
     procedure = tmp_path / "diode.yaml"
     procedure.write_text("rigrunner: procedure/2\n", encoding="utf-8")
     with pytest.raises(UsageError, match="is not a run") as caught:

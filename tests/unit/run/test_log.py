@@ -1,4 +1,4 @@
-"""What the plain text log beside a run says, whatever is said to it."""
+"""The plain text log of a run, whatever its events contain."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from rigrunner.run.log import RunLog
 FORGED = "SN-1\n2026-01-01T00:00:00Z run completed\x1b[8m"
 
 
-def test_a_text_of_several_lines_is_no_other_event(tmp_path):
+def test_text_with_line_breaks_cannot_forge_an_event(tmp_path):
     stamp = {"seq": 1, "monotonic_s": 0.0, "utc": "2026-03-01T12:00:00Z"}
     with RunLog(tmp_path / "run.log") as log:
         log(Answer(**stamp, step="ask", text=FORGED, by="operator", into="specimen"))
@@ -19,7 +19,7 @@ def test_a_text_of_several_lines_is_no_other_event(tmp_path):
     assert "\x1b" not in "".join(lines)
 
 
-def test_what_a_drive_reads_back_has_a_unit_that_can_be_read(tmp_path):
+def test_read_backs_are_logged_in_readable_units(tmp_path):
     """A monochromator in nm; a run file of 0.1.0 does not state the unit."""
     stamp = {"seq": 1, "monotonic_s": 0.0, "utc": "2026-03-01T12:00:00Z"}
     safe = {"what": "mono", "read_back": {"mono.wavelength": 5e-7, "mono.slit": 0.0}}

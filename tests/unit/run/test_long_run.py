@@ -1,4 +1,4 @@
-"""A run that is too long for memory has the result that it would have in memory."""
+"""A run that is too long for memory has the same result as in memory."""
 
 from __future__ import annotations
 
@@ -16,25 +16,25 @@ from rigrunner_bearings.api.torque import TorqueDetails
 
 
 @pytest.mark.thorough
-def test_block_by_block_a_run_has_the_numbers_that_it_has_in_memory(quick, monkeypatch):
+def test_analysis_by_blocks_equals_analysis_in_memory(quick, monkeypatch):
     in_memory, stored = analyse_run(quick.loaded, load_registry()), read(quick.loaded)
     short_cycles(monkeypatch, 2000)
     monkeypatch.setattr("rigrunner.runfile.entry.IN_MEMORY", 0)
     longest, read_slice = [], StoredSamples.__getitem__
     unpacked, unpack = Counter(), StoredSamples._unpacked
 
-    def noted(self, which):
-        part = read_slice(self, which)
+    def slice_and_note(self, selection):
+        part = read_slice(self, selection)
         longest.append(len(part))
         return part
 
-    def counted(self, which):
-        part = unpack(self, which)
+    def unpack_and_count(self, selection):
+        part = unpack(self, selection)
         unpacked[self.place, self.samples] += len(part)
         return part
 
-    monkeypatch.setattr(StoredSamples, "__getitem__", noted)
-    monkeypatch.setattr(StoredSamples, "_unpacked", counted)
+    monkeypatch.setattr(StoredSamples, "__getitem__", slice_and_note)
+    monkeypatch.setattr(StoredSamples, "_unpacked", unpack_and_count)
     result = analyse_run(quick.loaded, load_registry())
     assert 0 < max(longest) < 5000 < max(recording.samples for recording in stored.recordings)
     assert unpacked, "and each channel once"
@@ -45,7 +45,7 @@ def test_block_by_block_a_run_has_the_numbers_that_it_has_in_memory(quick, monke
         (check.name, check.ok, check.text) for check in in_memory.checks
     ]
     for mine, other in zip(
-        *(TorqueDetails.of(each).loaded for each in (result, in_memory)), strict=True
+        *(TorqueDetails.of(analysis).loaded for analysis in (result, in_memory)), strict=True
     ):
         assert mine.peak_nm.tolist() == other.peak_nm.tolist()
         assert mine.spikes == other.spikes

@@ -35,7 +35,7 @@ def finished(tmp_path_factory):
     return run(folder / "p.yaml", folder / "runs")
 
 
-def test_values_come_back_with_their_setpoints(finished):
+def test_measured_values_are_read_with_their_setpoints(finished):
     assert finished.outcome is Outcome.COMPLETED, finished.reason
     data = open_run(finished.folder).data
 
@@ -53,7 +53,7 @@ def test_values_come_back_with_their_setpoints(finished):
     assert data.recordings == ()
 
 
-def test_the_run_file_holds_them_as_tables(finished):
+def test_run_file_has_measured_values_as_tables(finished):
     with h5py.File(finished.folder / "run.h5") as file:
         table = file["entry/measurements/rest"]
         load = table["values/tester_load"]
@@ -63,9 +63,9 @@ def test_the_run_file_holds_them_as_tables(finished):
         assert len(table["utc"]) == 2
 
 
-def test_another_value_is_another_run(finished, tmp_path):
-    other = PROCEDURE.replace("500 N", "501 N")
-    (tmp_path / "p.yaml").write_text(other, encoding="utf-8")
-    again = run(tmp_path / "p.yaml", tmp_path / "runs")
+def test_different_value_changes_digest(finished, tmp_path):
+    text = PROCEDURE.replace("500 N", "501 N")
+    (tmp_path / "p.yaml").write_text(text, encoding="utf-8")
+    second = run(tmp_path / "p.yaml", tmp_path / "runs")
 
-    assert open_run(finished.folder).data.digest != open_run(again.folder).data.digest
+    assert open_run(finished.folder).data.digest != open_run(second.folder).data.digest

@@ -1,4 +1,4 @@
-"""What drivers tell beside their answers, tracebacks, and runs without time limits."""
+"""Messages of drivers, tracebacks, and runs without time limits."""
 
 from __future__ import annotations
 
@@ -71,7 +71,7 @@ teardown:
 
 @pytest.fixture
 def lab(tmp_path):
-    """Make a lab whose oven does something of its own when it is read; give how to run it."""
+    """Return a function that runs a lab whose oven executes `get` when it is read."""
 
     def run(get, *words):
         (tmp_path / "plugins").mkdir()
@@ -79,22 +79,22 @@ def lab(tmp_path):
         (tmp_path / "station.yaml").write_text(STATION, "utf-8")
         (tmp_path / "heat.yaml").write_text(PROCEDURE, "utf-8")
         runs = tmp_path / "runs"
-        called = call(
+        result = call(
             "run", tmp_path / "heat.yaml", "--station", tmp_path / "station.yaml",
             "--unattended", "--realtime", "--runs", runs, *words,
         )  # fmt: skip
-        assert runs.exists(), called.err
+        assert runs.exists(), result.err
         (name,) = run_names(runs)
-        return called, runs / name
+        return result, runs / name
 
     return run
 
 
-def test_what_a_driver_tells_is_in_the_log_the_record_and_what_show_shows(lab):
-    called, folder = lab(
+def test_driver_messages_are_in_log_events_and_show(lab):
+    result, folder = lab(
         'self.log.info("heated for %s s", 7); self.log.warning("fan at %d rpm", 900)'
     )
-    assert called.code == ExitCode.PASS, called.err
+    assert result.code == ExitCode.PASS, result.err
     events = read(folder).events
     assert ("device oven", "heated for 7 s") in [
         (event.step, event.text) for event in events if isinstance(event, Note)
@@ -108,24 +108,24 @@ def test_what_a_driver_tells_is_in_the_log_the_record_and_what_show_shows(lab):
     assert "device oven: warning: fan at 900 rpm" in call("show", folder).out
 
 
-def test_a_message_whose_values_do_not_fit_costs_nothing(lab):
-    called, folder = lab('self.log.warning("%d of %d", "three")')
-    assert called.code == ExitCode.PASS, called.err
+def test_malformed_driver_message_is_kept(lab):
+    result, folder = lab('self.log.warning("%d of %d", "three")')
+    assert result.code == ExitCode.PASS, result.err
     alarms = [event.text for event in read(folder).events if isinstance(event, Alarm)]
     assert any("%d of %d" in text for text in alarms)
 
 
-def test_a_driver_that_tells_at_every_reading_does_not_fill_the_record(lab):
-    called, folder = lab('[self.log.warning("again") for _ in range(5000)]')
-    assert called.code == ExitCode.PASS, called.err
+def test_number_of_driver_messages_is_limited(lab):
+    result, folder = lab('[self.log.warning("again") for _ in range(5000)]')
+    assert result.code == ExitCode.PASS, result.err
     alarms = [event.text for event in read(folder).events if isinstance(event, Alarm)]
     assert len(alarms) == 1000
     assert alarms[-1] == "warning: 999 messages were logged; further ones are dropped"
 
 
-def test_run_log_has_the_traceback_of_an_error(lab):
-    called, folder = lab("[][3]")
-    assert called.code == ExitCode.BUG
+def test_run_log_has_traceback_of_error(lab):
+    result, folder = lab("[][3]")
+    assert result.code == ExitCode.BUG
     log = (folder / "run.log").read_text("utf-8")
     assert "IndexError: list index out of range" in log
     assert "    Traceback (most recent call last):" in log
@@ -137,16 +137,16 @@ def test_run_log_has_the_traceback_of_an_error(lab):
 SLOW = "time.sleep(1.5)"
 
 
-def test_without_the_option_a_call_that_takes_too_long_is_given_up(lab):
-    called, _ = lab(SLOW)
-    assert called.code == ExitCode.DEVICE
-    assert "suspended" not in called.err
+def test_slow_call_times_out_without_debugger_option(lab):
+    result, _ = lab(SLOW)
+    assert result.code == ExitCode.DEVICE
+    assert "suspended" not in result.err
 
 
-def test_under_a_debugger_no_call_is_given_up_and_that_is_said_and_on_record(lab):
-    called, folder = lab(SLOW, "--debugger")
-    assert called.code == ExitCode.PASS, called.err
-    assert "WARNING: time limits are suspended for a debugger" in called.err
+def test_debugger_option_suspends_time_limits_and_is_recorded(lab):
+    result, folder = lab(SLOW, "--debugger")
+    assert result.code == ExitCode.PASS, result.err
+    assert "WARNING: time limits are suspended for a debugger" in result.err
     (intervention,) = [event for event in read(folder).events if isinstance(event, Intervention)]
     assert (intervention.action, intervention.by) == ("suspend time limits", "option --debugger")
     assert "suspend time limits" in (folder / "run.log").read_text("utf-8")

@@ -41,7 +41,7 @@ REGISTRY = Registry(
     ],
     ids=["simulated", "realtime", "one real device", "unknown plugin"],
 )
-def test_only_a_wholly_simulated_station_runs_in_simulated_time(text, realtime, kind):
+def test_only_fully_simulated_station_runs_in_simulated_time(text, realtime, kind):
     station = parse_station(text, "test").model
     assert isinstance(clock_for(station, REGISTRY, realtime=realtime), kind)
 
@@ -53,29 +53,29 @@ def lab(tmp_path_factory):
     return folder
 
 
-def test_a_drop_in_that_is_simulated_keeps_the_station_in_simulated_time(lab):
+def test_simulated_drop_in_keeps_simulated_time(lab):
     procedure, station = lab / "procedures" / "room_temperature.yaml", lab / "station.yaml"
     assert isinstance(planned_run(procedure, station).clock, SimulatedClock)
     assert isinstance(planned_run(procedure, station, realtime=True).clock, WallClock)
 
 
-def test_the_plugins_of_a_station_are_known_where_it_is_named(lab):
+def test_plugins_of_station_are_loaded_only_with_it(lab):
     assert "room_thermometer" in lab_registry(str(lab / "station.yaml")).names("device")
     assert "room_thermometer" not in lab_registry(None).names("device")
 
 
-def test_what_is_wrong_with_both_files_is_told_at_once(lab, tmp_path):
+def test_problems_of_both_files_are_reported_together(lab, tmp_path):
     procedure, station = tmp_path / "p.yaml", tmp_path / "s.yaml"
     text = (lab / "procedures" / "room_temperature.yaml").read_text(encoding="utf-8")
     procedure.write_text(text.replace("title:", "titel:"), encoding="utf-8")
     station.write_text(TEXT.replace("title:", "titel:"), encoding="utf-8")
-    with pytest.raises(InvalidFileError) as raised:
+    with pytest.raises(InvalidFileError) as caught:
         planned_run(procedure, station)
-    files = {problem.location.file for problem in raised.value.problems}
+    files = {problem.location.file for problem in caught.value.problems}
     assert files == {str(procedure), str(station)}
 
 
-def test_a_labs_own_code_is_run_once(lab, tmp_path):
+def test_code_of_lab_plugins_runs_once(lab, tmp_path):
     folder = tmp_path / "lab"
     shutil.copytree(lab, folder)
     plugin = next(p for p in (folder / "plugins").glob("*.py") if not p.name.startswith("_"))

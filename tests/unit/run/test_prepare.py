@@ -15,7 +15,7 @@ def problems_of(procedure, station):
     return {problem.field: problem.message for problem in caught.value.problems}
 
 
-def test_all_problems_are_told_at_once_whatever_finds_them(tmp_path):
+def test_all_problems_are_reported_together(tmp_path):
     procedure = procedure_file(
         tmp_path,
         "loaded",
@@ -33,7 +33,7 @@ def test_all_problems_are_told_at_once_whatever_finds_them(tmp_path):
     }
 
 
-def test_both_files_are_read_before_anything_is_told(tmp_path):
+def test_problems_of_procedure_and_station_are_reported_together(tmp_path):
     procedure = procedure_file(tmp_path, "idle", ("uses:", "usses:"))
     station = station_file(tmp_path, ("serial: TQ-01", "serial: [7]"))
     fields = set(problems_of(procedure, station))
@@ -41,13 +41,13 @@ def test_both_files_are_read_before_anything_is_told(tmp_path):
     assert "instruments[0].serial" in fields
 
 
-def test_unknown_device_plugins_and_their_settings_stop_before_the_plan(tmp_path):
+def test_unknown_device_plugin_is_the_only_problem(tmp_path):
     station = station_file(tmp_path, ("tester_of_tests", "tester_of_testsm"))
     procedure = procedure_file(tmp_path, "idle")
     assert set(problems_of(procedure, station)) == {"devices.tester.plugin"}
 
 
-def test_what_analyses_miss_of_a_device_that_cannot_be_made_is_not_told(tmp_path):
+def test_missing_channels_of_invalid_device_are_not_reported(tmp_path):
     station = tmp_path / "station.yaml"
     station.write_text(
         "rigrunner: station/1\nid: bench\ntitle: A bench\ndevices:\n"
@@ -85,14 +85,14 @@ def faulty_station(folder, settings):
         ),
     ],
 )
-def test_a_wrapped_device_is_checked_as_any_other(tmp_path, settings, field, message):
+def test_wrapped_device_is_checked_like_others(tmp_path, settings, field, message):
     station = faulty_station(tmp_path, settings)
     problems = problems_of(procedure_file(tmp_path, "idle"), station)
     assert set(problems) == {f"devices.tester.{field}"}
     assert message in problems[f"devices.tester.{field}"]
 
 
-def test_a_wrapper_is_simulated_if_what_it_wraps_is():
+def test_wrapper_is_simulated_if_its_device_is():
     registry = load_registry()
     wrapped = {"plugin": "tester_of_tests"}
     assert registry.is_simulated("fault", wrapped)

@@ -1,4 +1,4 @@
-"""Texts, yes or no, and arrays: from an instrument to verdict, run file, `show` and report."""
+"""Texts, booleans and arrays: from an instrument to verdict, run file, `show` and report."""
 
 from __future__ import annotations
 
@@ -49,30 +49,30 @@ main:
 """
 
 
-def done(folder, *changes, code=0):
-    """Run it; return what was called, and the run's folder."""
+def run_box(folder, *changes, code=0):
+    """Run the procedure; return the result of the command, and the folder of the run."""
     (folder / "station.yaml").write_text(STATION, encoding="utf-8")
     (folder / "p.yaml").write_text(edited(PROCEDURE, *changes), encoding="utf-8")
-    called = call(
+    result = call(
         "run", folder / "p.yaml", "--station", folder / "station.yaml", "--unattended",
         "--runs", folder / "runs",
     )  # fmt: skip
-    assert called.code == code, called.err
-    return called, next((folder / "runs").iterdir()) if (folder / "runs").exists() else None
+    assert result.code == code, result.err
+    return result, next((folder / "runs").iterdir()) if (folder / "runs").exists() else None
 
 
 @pytest.fixture(scope="module")
 def passed(tmp_path_factory):
-    return done(tmp_path_factory.mktemp("passed"))[1]
+    return run_box(tmp_path_factory.mktemp("passed"))[1]
 
 
 @pytest.fixture(scope="module")
 def failed(tmp_path_factory):
     change = ("{equals: yes}", "{equals: no}")
-    return done(tmp_path_factory.mktemp("failed"), change, code=1)
+    return run_box(tmp_path_factory.mktemp("failed"), change, code=1)
 
 
-def test_they_are_kept_beside_the_numbers(passed):
+def test_readings_are_stored_with_numbers(passed):
     (row,) = read(passed).measurements
     assert row.values == {"box.temperature": pytest.approx(296.65)}
     assert row.readings == {
@@ -88,14 +88,14 @@ def test_they_are_kept_beside_the_numbers(passed):
     assert [decision.passes for decision in row.decisions] == [True, True, True]
 
 
-def test_they_come_back_from_the_journal(passed):
+def test_readings_survive_the_journal(passed):
     (event,) = (event for event in read(passed).events if isinstance(event, StepEnded))
-    again = codec.event_unpacked(codec.event_record(event)[1])
-    assert again == event
-    assert {type(reading) for reading in again.readings.values()} == {str, bool, tuple}
+    unpacked = codec.event_unpacked(codec.event_record(event)[1])
+    assert unpacked == event
+    assert {type(reading) for reading in unpacked.readings.values()} == {str, bool, tuple}
 
 
-def test_viewers_find_columns(passed):
+def test_readings_are_columns_in_the_file(passed):
     with h5py.File(passed / "run.h5") as file:
         table = file["entry/measurements/measured"]
         assert list(table["readings/box_firmware"]) == [b"FW2.1"]
@@ -105,9 +105,9 @@ def test_viewers_find_columns(passed):
         assert list(table["limits/box_door/passes"]) == [1]
 
 
-def test_a_reading_that_is_not_what_it_has_to_be_fails_the_run(failed):
-    called, folder = failed
-    assert "out of limits: box.door is yes, expected no" in called.err
+def test_unexpected_reading_fails_the_run(failed):
+    result, folder = failed
+    assert "out of limits: box.door is yes, expected no" in result.err
     (missed,) = (event for event in read(folder).events if isinstance(event, LimitMissed))
     assert missed.text == "box.door is yes, expected no"
     document = json.loads((folder / "result.json").read_text(encoding="utf-8"))
@@ -117,7 +117,7 @@ def test_a_reading_that_is_not_what_it_has_to_be_fails_the_run(failed):
     assert by_name["box.firmware"]["verdict"] == "pass"
 
 
-def test_show_and_report_have_them(failed):
+def test_show_and_report_have_readings(failed):
     folder = failed[1]
     output = call("show", folder.name, "--runs", folder.parent).out
     assert "FW2.1" in output
@@ -129,7 +129,7 @@ def test_show_and_report_have_them(failed):
     assert "0.0015, 0.0025, 0.0035" in report
 
 
-def test_the_digest_covers_them(passed, tmp_path):
+def test_digest_covers_readings(passed, tmp_path):
     station = STATION.replace("FW2.1;", "FW2.2;")
     (tmp_path / "station.yaml").write_text(station, encoding="utf-8")
     (tmp_path / "p.yaml").write_text(PROCEDURE, encoding="utf-8")
@@ -155,8 +155,8 @@ REFUSED = [
 
 
 @pytest.mark.parametrize(("old", "new", "message"), REFUSED)
-def test_a_wrong_kind_of_limit_is_refused_before_the_run(old, new, message, tmp_path):
-    called, folder = done(tmp_path, (old, new), code=3)
-    assert message in called.err
-    assert "p.yaml:" in called.err
+def test_limit_of_wrong_kind_is_refused_before_the_run(old, new, message, tmp_path):
+    result, folder = run_box(tmp_path, (old, new), code=3)
+    assert message in result.err
+    assert "p.yaml:" in result.err
     assert folder is None

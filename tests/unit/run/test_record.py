@@ -35,7 +35,7 @@ from rigrunner_bearings.api.torque import TorqueDetails
 
 @pytest.fixture(scope="module")
 def finished(tmp_path_factory):
-    """A no-load run and a loaded one, quick forms of what ships: (folder, no-load, loaded)."""
+    """Return a quick no-load run and a quick loaded run: (folder, no-load, loaded)."""
     folder = tmp_path_factory.mktemp("finished")
     clock = SimulatedClock(START)
     no_load = run(quick_procedure(folder, "no_load_inertia_sweep"), folder / "runs", clock=clock)
@@ -44,7 +44,7 @@ def finished(tmp_path_factory):
     return folder, no_load, loaded
 
 
-def test_a_run_leaves_a_sealed_folder_with_result_report_and_log(finished):
+def test_run_leaves_sealed_folder_with_result_report_and_log(finished):
     _, _, loaded = finished
     assert loaded.outcome is Outcome.COMPLETED
     assert loaded.exit_code is ExitCode.PASS
@@ -53,23 +53,23 @@ def test_a_run_leaves_a_sealed_folder_with_result_report_and_log(finished):
     assert (loaded.folder / "run.h5").stat().st_mode & 0o222 == 0
 
 
-def test_a_result_that_cannot_be_written_whole_leaves_the_file_before_it(tmp_path, monkeypatch):
+def test_failed_write_of_result_keeps_previous_file(tmp_path, monkeypatch):
     (tmp_path / "result.json").write_text("{}", encoding="utf-8")
     write = Path.write_bytes
 
-    def half(path, content):
+    def write_half(path, content):
         write(path, content[:10])
         raise OSError(errno.ENOSPC, "No space left on device")
 
-    monkeypatch.setattr(Path, "write_bytes", half)
-    monkeypatch.setattr(Path, "write_text", lambda path, text, **_: half(path, text.encode()))
+    monkeypatch.setattr(Path, "write_bytes", write_half)
+    monkeypatch.setattr(Path, "write_text", lambda path, text, **_: write_half(path, text.encode()))
     with pytest.raises(DataError, match="No space left on device"):
         _write_result(tmp_path, {"rigrunner": "result/1", "verdict": "PASS"})
     assert [path.name for path in tmp_path.iterdir()] == ["result.json"]
     assert (tmp_path / "result.json").read_bytes() == b"{}"
 
 
-def test_the_result_is_near_the_truth_that_the_simulator_kept(finished):
+def test_result_is_near_true_value_of_simulator(finished):
     _, _, loaded = finished
     headline = loaded.result.headline
     assert headline.value == pytest.approx(0.7262, abs=0.012)
@@ -86,17 +86,17 @@ def test_online_stored_and_library_analysis_agree_to_the_last_digit(finished):
     assert document(analyse_run(loaded.folder, registry, {"no_load": no_load.folder})) == online
     procedure = parse_procedure(stored.header.procedure_text, "stored").model
     partners = {"no_load": open_run(no_load.folder).data}
-    by_hand = analyse(
+    library_result = analyse(
         replace(open_run(loaded.folder).data, partners=partners),
         procedure.analysis,
         acceptance=procedure.acceptance,
         measurand=procedure.measurand,
         lookup=registry,
     )
-    assert json.loads(json.dumps(document(by_hand))) == online
+    assert json.loads(json.dumps(document(library_result))) == online
 
 
-def test_the_analysis_never_sees_the_truth(finished):
+def test_analysis_never_gets_the_truth(finished):
     _, _, loaded = finished
     data = open_run(loaded.folder).data
     names = [*data.zeros, *data.inputs]
@@ -106,13 +106,13 @@ def test_the_analysis_never_sees_the_truth(finished):
 
 
 @pytest.mark.usefixtures("drawn_figures")
-def test_the_same_run_gives_the_same_report_bytes(finished, tmp_path):
+def test_report_is_reproducible_to_the_byte(finished, tmp_path):
     _, _, loaded = finished
-    again = write_report(loaded.folder, load_registry(), out=tmp_path / "again.html")
-    assert again.read_bytes() == loaded.report.read_bytes()
+    report = write_report(loaded.folder, load_registry(), out=tmp_path / "again.html")
+    assert report.read_bytes() == loaded.report.read_bytes()
 
 
-def test_a_disconnected_device_is_named_and_leaves_no_folder(tmp_path):
+def test_disconnected_device_is_named_and_leaves_no_folder(tmp_path):
     station = station_file(tmp_path, ("{seed: 1}", "{seed: 1, simulate: unplugged}"))
     with pytest.raises(DeviceNotFoundError, match="tester"):
         run(
@@ -123,7 +123,7 @@ def test_a_disconnected_device_is_named_and_leaves_no_folder(tmp_path):
     assert not (tmp_path / "runs").exists()
 
 
-def test_a_stopped_run_is_sealed_as_aborted_with_what_was_complete(tmp_path):
+def test_stopped_run_is_sealed_as_aborted_with_complete_recordings(tmp_path):
     stop = threading.Event()
 
     def stop_at_the_third_recording(event):
@@ -144,7 +144,7 @@ def test_a_stopped_run_is_sealed_as_aborted_with_what_was_complete(tmp_path):
     assert not (finished.folder / "result.json").exists()
 
 
-def test_a_stopped_run_whose_rig_is_not_safe_ends_as_a_failed_device(tmp_path, capsys):
+def test_stopped_run_with_unsafe_rig_is_a_device_error(tmp_path, capsys):
     stop = threading.Event()
     lost = "{plugin: swing_tester_sim, settings: {seed: 1}, faults: [{kind: lost, on: make safe}]}"
     plain = "plugin: swing_tester_sim\n    settings: {seed: 1}"
@@ -164,7 +164,7 @@ def test_a_stopped_run_whose_rig_is_not_safe_ends_as_a_failed_device(tmp_path, c
     assert "THE RIG IS NOT SAFE: tester: make safe failed: " in capsys.readouterr().err
 
 
-def test_a_zero_out_of_limits_ends_the_run_before_anything_moves(tmp_path):
+def test_zero_out_of_limits_ends_run_before_any_motion(tmp_path):
     procedure = quick_procedure(
         tmp_path, "no_load_inertia_sweep", ("within: 0.05 N·m", "within: 0.00001 N·m")
     )
@@ -174,7 +174,7 @@ def test_a_zero_out_of_limits_ends_the_run_before_anything_moves(tmp_path):
     assert read(finished.folder).recordings == ()
 
 
-def test_a_failing_analysis_still_seals_what_was_measured(tmp_path):
+def test_run_is_sealed_despite_failing_analysis(tmp_path):
     station = station_file(tmp_path, ("{seed: 1}", "{seed: 1, frequency_error: -80 %}"))
     procedure = quick_procedure(tmp_path, "no_load_inertia_sweep")
     finished = run(procedure, tmp_path / "runs", station=station)
@@ -184,7 +184,7 @@ def test_a_failing_analysis_still_seals_what_was_measured(tmp_path):
     assert len(read(finished.folder).recordings) == 5
 
 
-def test_a_device_that_cannot_be_closed_costs_no_result(tmp_path, monkeypatch):
+def test_device_that_cannot_be_closed_loses_no_result(tmp_path, monkeypatch):
     def jammed(_):
         raise DeviceLostError("the socket is gone")
 
@@ -200,28 +200,28 @@ def test_ctrl_c_after_the_end_of_a_run_leaves_it_sealed(tmp_path, monkeypatch, w
     def press():
         signal.raise_signal(signal.SIGINT)
 
-    def at_its_end(event):
+    def press_at_end(event):
         if isinstance(event, RunEnded) and where == "as it ends":
             press()
 
-    def closed(rig, close=Rig.close):
+    def close_and_press(rig, close=Rig.close):
         if where == "while the rig is closed":
             press()
         close(rig)
 
-    monkeypatch.setattr(Rig, "close", closed)
+    monkeypatch.setattr(Rig, "close", close_and_press)
     if where == "in the analysis":
         analyse_stored = finish.analyse_stored
 
-        def analysed(*args, progress, **more):
+        def analyse_and_press(*args, progress, **more):
             press()
             progress("recordings", 1, 5)
             return analyse_stored(*args, **more)
 
-        monkeypatch.setattr(finish, "analyse_stored", analysed)
+        monkeypatch.setattr(finish, "analyse_stored", analyse_and_press)
     procedure = quick_procedure(tmp_path, "no_load_inertia_sweep")
     with stop_on_signals() as stop:
-        ended = run(procedure, tmp_path / "runs", stop=stop, listeners=[stop, at_its_end])
+        ended = run(procedure, tmp_path / "runs", stop=stop, listeners=[stop, press_at_end])
     assert ended.sealed
     assert ended.outcome is Outcome.COMPLETED
     assert read(ended.folder).info.outcome == Outcome.COMPLETED
@@ -229,7 +229,7 @@ def test_ctrl_c_after_the_end_of_a_run_leaves_it_sealed(tmp_path, monkeypatch, w
         assert ended.exit_code is ExitCode.INTERRUPTED
 
 
-def test_an_interrupt_during_the_analysis_still_seals_what_was_measured(tmp_path, monkeypatch):
+def test_run_is_sealed_despite_interrupted_analysis(tmp_path, monkeypatch):
     def interrupted(*_, **__):
         raise KeyboardInterrupt
 
@@ -239,18 +239,18 @@ def test_an_interrupt_during_the_analysis_still_seals_what_was_measured(tmp_path
     assert finished.exit_code is ExitCode.INTERRUPTED
 
 
-def test_the_report_tells_what_was_asked_and_answered(finished):
+def test_report_has_questions_and_answers(finished):
     _, _, loaded = finished
     texts = [event["text"] for event in report_input(loaded.folder, load_registry()).events]
     assert any("guards closed. — yes (unattended answer" in text for text in texts)
 
 
 @pytest.mark.thorough
-def test_a_title_in_another_language_loses_no_caveat_of_the_report(finished, tmp_path):
+def test_result_name_in_another_language_keeps_caveats_of_report(finished, tmp_path):
     folder, _, english = finished
     german = ("name: load-induced starting torque", "name: lastabhängiges Anlaufmoment")
     procedure = quick_procedure(tmp_path, "starting_torque_1000n", german)
-    reports = [each.report.read_text(encoding="utf-8") for each in
+    reports = [ended.report.read_text(encoding="utf-8") for ended in
                (english, run(procedure, folder / "runs"))]  # fmt: skip
     for words in ("not the breakaway torque from rest", "at zero load", "not growing with load",
                   "proportional to load", "limits of another quantity"):  # fmt: skip

@@ -1,6 +1,6 @@
-"""What the analysis needs is refused before the rig moves, each with its place; and nothing else.
+"""Unmet needs of an analysis are refused before the rig moves, each with its place.
 
-The property at the end tries it the other way round: what is accepted has its result.
+The property at the end tests the converse: each accepted procedure has its result.
 """
 
 from __future__ import annotations
@@ -54,7 +54,7 @@ UNLOADED_SWEEP = "main:\n" + SWEEP.replace("$frequencies", "[10 Hz, 20 Hz]")
 OWN = (LATEST, "{from: this run}")
 BREAKAWAY = "breakaway_peak: {fixture_friction: 0.008 N·m}"
 
-# procedure, changes of it, where the finger points, the message
+# procedure, its changes, the text at the place of the problem, the message
 REFUSED = [
     (NO_LOAD, [(NO_LOAD_FITS, "")], "swing_torque:",
      "the analysis names neither a fit nor a compensation, so it has no result"),
@@ -123,8 +123,8 @@ def refusals(path, station):
 
 
 @pytest.mark.parametrize("case", REFUSED, ids=lambda case: f"{case[0]}-{case[3][:70]}")
-def test_what_the_analysis_needs_is_refused_in_time_with_its_place(case, tmp_path):
-    name, changes, finger, message = case
+def test_unmet_needs_of_analysis_are_refused_in_the_plan_with_place(case, tmp_path):
+    name, changes, place, message = case
     path = edited(
         find_procedure(name),
         tmp_path / "p.yaml",
@@ -135,13 +135,13 @@ def test_what_the_analysis_needs_is_refused_in_time_with_its_place(case, tmp_pat
 
     assert message in by_message, list(by_message)
     text = path.read_text(encoding="utf-8")
-    before = text[: text.index(finger)]
+    before = text[: text.index(place)]
     line, column = before.count("\n") + 1, len(before) - before.rfind("\n")
     assert str(by_message[message].location) == f"{path}:{line}:{column}"
     assert by_message[message].hint
 
 
-def test_too_few_samples_in_a_cycle_are_refused(tmp_path):
+def test_too_few_samples_per_cycle_are_refused(tmp_path):
     station = station_file(tmp_path, ("{seed: 1}", "{seed: 1, sensors: {rate: 100 Hz}}"))
     path = quick_procedure(tmp_path, NO_LOAD, (FEW_FREQUENCIES, "[5 Hz, 20 Hz]"))
     (problem,) = refusals(path, station)
@@ -151,20 +151,20 @@ def test_too_few_samples_in_a_cycle_are_refused(tmp_path):
     assert str(problem.location).endswith(":31:11")
 
 
-def test_a_compensation_that_is_not_the_primary_one_may_be_not_applicable():
+def test_secondary_compensation_may_be_inapplicable():
     path, station = find_procedure("paper_reproduction"), find_station("paper")
     assert "template_inverse " in path.read_text(encoding="utf-8")
     assert plan_run(path, station, load_registry(), SimulatedClock(START))
 
 
-def test_a_no_load_run_without_what_the_compensation_needs_is_refused_before_the_run(tmp_path):
+def test_no_load_run_without_crank_phase_is_refused_before_the_run(tmp_path):
     runs = tmp_path / "runs"
     run(quick_procedure(tmp_path, NO_LOAD, (CHANNELS, "[tester.torque]")), runs)
     with pytest.raises(DataError, match="needs the crank phase, and without load nothing shows it"):
         run(quick_procedure(tmp_path, LOADED), runs)
 
 
-def test_a_no_load_run_of_too_few_frequencies_is_refused_before_the_run(tmp_path):
+def test_no_load_run_with_too_few_frequencies_is_refused_before_the_run(tmp_path):
     runs, few = tmp_path / "runs", (FEW_FREQUENCIES, "[10 Hz, 20 Hz]")
     run(quick_procedure(tmp_path, NO_LOAD, few), runs)
     message = "needs 4 different frequencies without load, got 10 Hz, 20 Hz"
@@ -172,7 +172,7 @@ def test_a_no_load_run_of_too_few_frequencies_is_refused_before_the_run(tmp_path
         run(quick_procedure(tmp_path, LOADED, few), runs)
 
 
-def test_a_no_load_run_with_too_few_cycles_for_the_rule_is_refused_before_the_run(tmp_path):
+def test_no_load_run_with_too_few_cycles_is_refused_before_the_run(tmp_path):
     runs = tmp_path / "runs"
     run(quick_procedure(tmp_path, NO_LOAD, ("cycles: 12}", "cycles: 10}")), runs)
     with pytest.raises(DataError, match="has 10 cycles, but 11 are needed"):
@@ -191,7 +191,7 @@ FITS = ["", *(f"      fits: [{name}]\n" for name in (
     "polynomial", "inertia_physical", "pchip", "aicc", "{polynomial: {degree: 5}}"))]  # fmt: skip
 
 
-def varied(rng, folder):
+def random_files(rng, folder):
     """Write a random no-load and a random loaded procedure, and a station."""
     cycles = rng.choice([3, 5, 6, 8, 10, 12])
     hertz = sorted(rng.sample([1, 2, 5, 8, 10, 15, 20, 30, 35], rng.randint(1, 6)))
@@ -205,13 +205,13 @@ def varied(rng, folder):
     ]
     primary = rng.choice(METHODS)
     methods = sorted({primary, rng.choice(METHODS)})
-    listed = "".join(f"        - {name}\n" for name in methods)
+    method_lines = "".join(f"        - {name}\n" for name in methods)
     acceptance = find_procedure(LOADED).read_text(encoding="utf-8").partition("acceptance:")[2]
     no_load = [*common, (NO_LOAD_FITS, rng.choice(FITS))]
     loaded = [
         *common,
         (LOADED_FITS, rng.choice(FITS)),
-        (METHODS_OF_LOADED, listed),
+        (METHODS_OF_LOADED, method_lines),
         ("primary: template_inverse", f"primary: {primary}"),
         ("acceptance:" + acceptance, ""),
     ]
@@ -230,9 +230,9 @@ def varied(rng, folder):
 
 
 @pytest.mark.parametrize("seed", first(8, range(24)))
-def test_what_is_accepted_is_never_refused_by_the_analysis(seed, tmp_path):
+def test_accepted_procedures_never_fail_in_analysis(seed, tmp_path):
     rng = random.Random(seed)  # noqa: S311  (variations, not secrets)
-    station, files = varied(rng, tmp_path)
+    station, files = random_files(rng, tmp_path)
     for path in files:
         try:
             finished = run(path, tmp_path / "runs", station=station)

@@ -1,4 +1,4 @@
-"""Coordinates of results, limits and measured columns come back in the units that people wrote."""
+"""Coordinates of results, limits and measured columns are shown in the units as written."""
 
 from __future__ import annotations
 
@@ -61,12 +61,14 @@ def run(tmp_path_factory):
     folder = tmp_path_factory.mktemp("customary")
     (folder / "p.yaml").write_text(PROCEDURE, encoding="utf-8")
     (folder / "s.yaml").write_text(STATION, encoding="utf-8")
-    done = call("run", folder / "p.yaml", "--station", folder / "s.yaml", "--runs", folder / "runs")
-    assert done.code == 0, done.err
+    result = call(
+        "run", folder / "p.yaml", "--station", folder / "s.yaml", "--runs", folder / "runs"
+    )
+    assert result.code == 0, result.err
     return next((folder / "runs").glob("*_CUSTOMARY*"))
 
 
-def test_coordinates_of_results_come_back_as_they_were_written(run):
+def test_coordinates_of_results_are_as_written(run):
     document = json.loads((run / "result.json").read_text(encoding="utf-8"))
     coordinates = [result["coordinates"]["bench.temperature"] for result in document["results"]]
     assert coordinates == [
@@ -76,7 +78,7 @@ def test_coordinates_of_results_come_back_as_they_were_written(run):
     ]
 
 
-def test_report_and_show_have_them_and_the_columns_as_written(run):
+def test_report_and_show_have_coordinates_and_columns_as_written(run):
     output = call("show", run.name, "--runs", run.parent).out
     report = (run / "report.html").read_text(encoding="utf-8")
     assert "bench.probe / °F  bench.drag / in·lbf" in output
@@ -91,11 +93,11 @@ def test_report_and_show_have_them_and_the_columns_as_written(run):
     ]
     for place in PLACES:
         assert f"drag at bench.temperature = {place}" in output
-    limited = "drag at bench.temperature = 21 °C pass: 8.200 ± 0.095 in·lbf against ≤ 8.5 in·lbf"
-    assert limited in " ".join(output.split())
+    limit_line = "drag at bench.temperature = 21 °C pass: 8.200 ± 0.095 in·lbf against ≤ 8.5 in·lbf"
+    assert limit_line in " ".join(output.split())
 
 
-def test_the_file_has_value_and_unit_beside_si(run):
+def test_file_has_values_as_written_and_in_si(run):
     with h5py.File(run / "run.h5") as file:
         table = file["entry/measurements/measured/values"]
         probe, drag = table["bench_probe"], table["bench_drag"]
@@ -106,14 +108,14 @@ def test_the_file_has_value_and_unit_beside_si(run):
         assert drag.attrs["written"].tolist() == pytest.approx([8.0, 8.2, 8.4])
 
 
-def test_a_notebook_has_si_and_says_how_it_is_shown(run):
+def test_notebook_has_si_values_and_display_units(run):
     frame = open_run(run).measurements("measured")
     assert frame["bench.drag"][0] == pytest.approx(8 * 4.4482216152605 * 0.0254)
     assert frame.attrs["units"]["bench.probe"] == "K"
     assert frame.attrs["shown_in"]["bench.probe"] == "°F"
 
 
-def test_rows_that_write_one_place_in_two_units_are_one_place():
+def test_coordinates_in_two_units_are_the_same_place():
     warm, same = CoordinateValue(70.0, "°F"), CoordinateValue((70 + 459.67) * 5 / 9, "K")
     assert warm != same
     assert warm.usual == same.usual == CoordinateValue(21.11111111, "°C")
@@ -122,12 +124,12 @@ def test_rows_that_write_one_place_in_two_units_are_one_place():
     assert str(CoordinateValue(10.0, "°C").in_unit("°F")) == "50 °F"
 
 
-def test_what_nobody_wrote_is_in_si_and_temperatures_in_celsius():
+def test_default_display_is_si_with_temperatures_in_celsius():
     assert str(CoordinateValue.of_si(294.15, "K")) == "21 °C"
     assert str(CoordinateValue.of_si(294.15, "K", "K")) == "294.15 K"
     assert str(CoordinateValue.of_si(0.5, "A")) == "0.5 A"
 
 
-def test_kept_rows_of_the_run_say_their_units(run):
+def test_stored_rows_have_their_units(run):
     for row in read(run).measurements:
         assert row.written_in["bench.drag"] == "in·lbf"

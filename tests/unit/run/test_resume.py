@@ -33,7 +33,7 @@ from rigrunner.runfile.sealing import fold
 
 pytestmark = pytest.mark.usefixtures("tester")
 TWICE = (FREQUENCIES, "[8 Hz, 15 Hz, 15 Hz, 25 Hz, 35 Hz]")
-"""A set-point that comes twice, as the noise must be another one the second time."""
+"""A repeated set-point, whose noise must differ the second time."""
 
 
 def files(folder, *changes):
@@ -78,7 +78,7 @@ def origin(tmp_path_factory):
 
 @pytest.fixture
 def killed(origin, tmp_path):
-    """A run that was interrupted in its second recording, to be spoiled."""
+    """Return a copy of a run that was interrupted in its second recording."""
     folder = tmp_path / "killed" / origin.name
     shutil.copytree(origin, folder)
     return folder
@@ -94,22 +94,22 @@ def changed(origin, tmp_path, name, old, new):
 
 @pytest.fixture(scope="module")
 def third(tmp_path_factory):
-    """A run that was interrupted in its third recording, the whole one, and the one taken up."""
+    """Return a run interrupted in its third recording, the same uninterrupted, and resumed."""
     folder = tmp_path_factory.mktemp("resume")
-    killed, whole = interrupted(folder, in_recording("003"), **files(folder, TWICE))
+    killed, reference = interrupted(folder, in_recording("003"), **files(folder, TWICE))
     before = read(killed)
-    return before, whole, take_up(killed)
+    return before, reference, take_up(killed)
 
 
-def test_a_resumed_run_gives_the_numbers_of_one_that_was_never_interrupted(third):
-    _, whole, resumed = third
+def test_resumed_run_has_results_of_uninterrupted_run(third):
+    _, reference, resumed = third
     assert resumed.outcome is Outcome.COMPLETED
-    assert numbers(document(resumed)) == numbers(document(whole))
-    assert len(numbers(document(whole))) > 40
+    assert numbers(document(resumed)) == numbers(document(reference))
+    assert len(numbers(document(reference))) > 40
 
 
-def test_nothing_that_was_finished_is_recorded_again(third):
-    before, whole, resumed = third
+def test_finished_recordings_are_not_repeated(third):
+    before, reference, resumed = third
     after = read(resumed.folder)
     assert [recording.name for recording in before.recordings] == ["001_8Hz", "002_15Hz"]
     names = [recording.name for recording in after.recordings]
@@ -117,12 +117,12 @@ def test_nothing_that_was_finished_is_recorded_again(third):
     (part,) = after.incomplete
     assert part.name == "003_15Hz"
     assert part.samples == before.incomplete[0].samples > 0
-    for mine, other in zip(after.recordings, read(whole.folder).recordings, strict=True):
+    for mine, other in zip(after.recordings, read(reference.folder).recordings, strict=True):
         for channel, values in other.channels.items():
             assert (mine.channels[channel] == values).all(), (mine.name, channel)
 
 
-def test_the_seam_is_on_record_with_time_person_and_what_was_made_before(third):
+def test_resumption_is_recorded_with_time_person_and_recordings(third):
     before, _, resumed = third
     events = read(resumed.folder).events
     assert [event.seq for event in events if event.seq >= 0] == sorted(e.seq for e in events)
@@ -138,13 +138,13 @@ def test_the_seam_is_on_record_with_time_person_and_what_was_made_before(third):
     }  # fmt: skip
 
 
-def test_a_resumed_run_verifies(third):
+def test_resumed_run_verifies(third):
     _, _, resumed = third
     verification = verify_run(resumed.folder, load_registry())
     assert verification.matches, verification
 
 
-def test_setup_and_zero_are_done_again_and_each_recording_has_its_own_zero(killed):
+def test_setup_and_zero_are_repeated_and_recordings_keep_their_zero(killed):
     resumed = take_up(killed)
     events = read(resumed.folder).events
     zeros = [e.values for e in events if isinstance(e, StepEnded) and e.action == "zero"]
@@ -177,21 +177,21 @@ def everywhere(tmp_path_factory):
 
 
 @pytest.mark.parametrize("instant", INSTANTS)
-def test_a_run_can_be_resumed_wherever_it_was_interrupted(everywhere, instant):
-    folders, whole = everywhere
+def test_run_can_be_resumed_at_any_instant(everywhere, instant):
+    folders, reference = everywhere
     killed = folders[list(INSTANTS).index(instant)]
     resumed = take_up(killed)
     assert resumed.outcome is Outcome.COMPLETED
     assert resumed.exit_code is ExitCode.PASS
-    after, uninterrupted = read(resumed.folder), read(whole.folder)
+    after, uninterrupted = read(resumed.folder), read(reference.folder)
     assert len(after.recordings) == len(uninterrupted.recordings) == 5
     assert after.info.sealed
     assert resumed.report.exists()
-    done = [recording.name.partition("_try")[0] for recording in after.recordings]
-    assert done == [recording.name for recording in uninterrupted.recordings]
+    names = [recording.name.partition("_try")[0] for recording in after.recordings]
+    assert names == [recording.name for recording in uninterrupted.recordings]
 
 
-def test_a_run_may_be_interrupted_again_and_again(killed, tmp_path):
+def test_run_can_be_interrupted_repeatedly(killed, tmp_path):
     second = Snapshot(killed.parent, tmp_path / "again", in_recording("004"))
     take_up(killed, listeners=[second])
     resumed = take_up(second.folder, by="B. Smith")
@@ -202,33 +202,33 @@ def test_a_run_may_be_interrupted_again_and_again(killed, tmp_path):
     assert len(data.recording_zeros) == 5
 
 
-def test_a_changed_procedure_is_refused_with_what_differs(killed, origin, tmp_path):
+def test_changed_procedure_is_refused_with_difference(killed, origin, tmp_path):
     file = changed(origin, tmp_path, "idle.yaml", "15 Hz", "16 Hz")
     with pytest.raises(DataError, match=r"the procedure in line \d+ was '.*15 Hz.*', is '.*16 Hz"):
         resumable(killed, procedure=file)
 
 
-def test_a_changed_station_is_refused_with_what_differs(killed, origin, tmp_path):
+def test_changed_station_is_refused_with_difference(killed, origin, tmp_path):
     file = changed(origin, tmp_path, "station.yaml", "{seed: 1}", "{seed: 2}")
     with pytest.raises(DataError, match=r"the station in line \d+ was '.*seed: 1.*seed: 2"):
         resumable(killed, station=file)
 
 
-def test_plugins_of_a_station_that_a_run_names_are_not_run_unasked(killed, origin, tmp_path):
+def test_plugins_of_stored_station_are_not_run_without_consent(killed, origin, tmp_path):
     file = changed(origin, tmp_path, "station.yaml", "devices:\n", "plugins: plugins\n\ndevices:\n")
-    stored = named(read(killed), station=file)
+    stored = with_files(read(killed), station=file)
     with pytest.raises(UsageError, match="plugins of its own") as caught:
         run_files(stored, None, None)
     assert f"--station {file}" in caught.value.hint
 
 
-def test_another_version_of_a_package_is_refused(killed, monkeypatch):
+def test_other_package_version_is_refused(killed, monkeypatch):
     monkeypatch.setattr(provenance, "version", lambda name: "0.0" if name == "numpy" else "1")
     with pytest.raises(DataError, match=r"numpy was [\d.]+, is 0\.0"):
         resumable(killed)
 
 
-def test_another_instrument_is_refused_and_the_rig_is_let_go(killed):
+def test_other_instrument_is_refused_and_journal_is_unchanged(killed):
     journal = killed / "journal" / "events.journal"
     run = resumable(killed)
     provenance = {**run.stored.header.provenance, "device tester": "ACME tester 7"}
@@ -241,21 +241,21 @@ def test_another_instrument_is_refused_and_the_rig_is_let_go(killed):
     assert journal.read_bytes() == before
 
 
-def named(stored, **files):
+def with_files(stored, **files):
     """Return a run that names other files."""
     header = stored.header
     paths = {**header.files, **{name: str(path) for name, path in files.items()}}
     return replace(stored, info=replace(stored.info, header=replace(header, files=paths)))
 
 
-def test_a_file_that_was_moved_is_asked_for(killed, tmp_path):
-    stored = named(read(killed), procedure=tmp_path / "moved.yaml")
+def test_moved_file_must_be_named(killed, tmp_path):
+    stored = with_files(read(killed), procedure=tmp_path / "moved.yaml")
     with pytest.raises(UsageError, match="no longer exists") as caught:
         run_files(stored, None, None)
     assert "--procedure FILE" in caught.value.hint
 
 
-def test_a_run_that_is_going_on_is_neither_resumed_nor_recovered(killed):
+def test_run_in_progress_is_neither_resumed_nor_recovered(killed):
     with run_lock(killed):
         assert is_in_progress(killed)
         with pytest.raises(DataError, match="still running"):
@@ -266,19 +266,19 @@ def test_a_run_that_is_going_on_is_neither_resumed_nor_recovered(killed):
     assert not read(killed).info.sealed
 
 
-def test_a_run_holds_its_folder_until_it_is_sealed(tmp_path):
-    looks = []
+def test_run_locks_its_folder_until_sealed(tmp_path):
+    states = []
 
     def look(event):
-        looks.append((is_in_progress(next((tmp_path / "runs").iterdir())), type(event)))
+        states.append((is_in_progress(next((tmp_path / "runs").iterdir())), type(event)))
         return isinstance(event, RunEnded)
 
-    _, whole = interrupted(tmp_path, look, **files(tmp_path))
-    assert {locked for locked, _ in looks} == {True}
-    assert not (whole.folder / "run.lock").exists()
+    _, reference = interrupted(tmp_path, look, **files(tmp_path))
+    assert {locked for locked, _ in states} == {True}
+    assert not (reference.folder / "run.lock").exists()
 
 
-def test_recover_closes_a_run_as_it_is(killed):
+def test_recover_seals_run_as_it_is(killed):
     before = read(killed)
     stored = recover(killed, resumable(killed).planned.clock, "A. Jones", "the bearing seized")
     assert stored.info.sealed
@@ -292,7 +292,7 @@ def test_recover_closes_a_run_as_it_is(killed):
         recover(killed, resumable, "A. Jones")
 
 
-def test_recover_leaves_a_run_that_had_ended_its_outcome(tmp_path):
+def test_recover_keeps_outcome_of_ended_run(tmp_path):
     killed, _ = interrupted(tmp_path, at_end, **files(tmp_path))
     stored = recover(killed, None, "A. Jones")
     assert stored.info.outcome == "completed"
@@ -300,8 +300,8 @@ def test_recover_leaves_a_run_that_had_ended_its_outcome(tmp_path):
 
 
 @pytest.fixture
-def unkept(tmp_path, monkeypatch):
-    """Return a run whose second recording could be folded neither at once nor at sealing."""
+def unfolded(tmp_path, monkeypatch):
+    """Return a run whose second recording could not be folded, neither at once nor at sealing."""
     failed = threading.Event()
 
     def full(files, samples, step):
@@ -322,13 +322,11 @@ def unkept(tmp_path, monkeypatch):
     return ended.folder
 
 
-def test_a_run_whose_recording_could_not_be_folded_goes_on_and_tells_its_former_end(
-    unkept, tmp_path
-):
-    (listed,) = list_runs(unkept.parent)
+def test_run_with_unfolded_recording_resumes_and_keeps_former_end(unfolded, tmp_path):
+    (listed,) = list_runs(unfolded.parent)
     assert (listed.state, listed.is_interrupted) == ("error, not sealed", True)
-    again = Snapshot(unkept.parent, tmp_path / "again", in_recording("005"))
-    resumed = take_up(unkept, listeners=[again])
+    again = Snapshot(unfolded.parent, tmp_path / "again", in_recording("005"))
+    resumed = take_up(unfolded, listeners=[again])
     assert resumed.outcome is Outcome.COMPLETED
     stored = read(resumed.folder)
     assert len(stored.recordings) == 5
@@ -339,20 +337,20 @@ def test_a_run_whose_recording_could_not_be_folded_goes_on_and_tells_its_former_
     assert "No space left" in resume_at.subject
     assert verify_run(resumed.folder, load_registry()).matches
 
-    killed = read(again.folder)  # its former end is not its end any more
+    killed = read(again.folder)  # the former end no longer counts
     assert (killed.info.outcome, killed.info.reason) == ("error", NEVER_ENDED)
     assert resumable(again.folder).resume_at is not None
 
 
-def test_recover_leaves_a_run_that_could_not_be_kept_its_reason(unkept):
-    stored = recover(unkept, None, "A. Jones")
+def test_recover_keeps_reason_of_run_that_could_not_be_stored(unfolded):
+    stored = recover(unfolded, None, "A. Jones")
     assert (stored.info.sealed, stored.info.outcome) == (True, "error")
     assert "No space left" in stored.info.reason
     assert [recording.name for recording in stored.recordings] == ["001_8Hz", "002_15Hz"]
 
 
-def test_a_run_whose_device_was_lost_in_a_recording_is_resumed_to_its_end(tmp_path):
-    """The set-point that was interrupted is recorded again, the others are kept as they are."""
+def test_run_that_lost_a_device_is_resumed_to_its_end(tmp_path):
+    """The interrupted set-point is recorded again, the others are kept."""
     fault = "{plugin: tester_of_tests, settings: {seed: 1}, faults: [%s]}"
     station = station_file(
         tmp_path,
@@ -373,8 +371,8 @@ def test_a_run_whose_device_was_lost_in_a_recording_is_resumed_to_its_end(tmp_pa
     assert (resumed.outcome, resumed.sealed) == (Outcome.COMPLETED, True)
     after = read(resumed.folder)
     assert len(after.recordings) == 5
-    for one in before.recordings:
-        same = next(recording for recording in after.recordings if recording.name == one.name)
-        assert same.samples == one.samples
+    for earlier in before.recordings:
+        later = next(recording for recording in after.recordings if recording.name == earlier.name)
+        assert later.samples == earlier.samples
     former = next(event for event in after.events if isinstance(event, RunEnded))
     assert former.outcome is Outcome.ERROR

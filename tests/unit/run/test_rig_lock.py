@@ -1,4 +1,4 @@
-"""One run at a time on a real rig, whoever starts it and however the other one ends."""
+"""Only one run at a time uses a real rig, whoever starts it."""
 
 import dataclasses
 import os
@@ -32,7 +32,7 @@ with FileLock(sys.argv[1], timeout=0):
 
 
 class RealDevices:
-    """The registry as it is, but that it takes every device for a real one."""
+    """A registry that takes every device for a real one."""
 
     def __init__(self, registry):
         self._registry = registry
@@ -59,7 +59,7 @@ def planned(folder, station_id="press-1", *, simulated=False):
     return dataclasses.replace(planned, registry=registry)
 
 
-def test_a_rig_in_use_is_refused_naming_who_has_it(tmp_path):
+def test_rig_in_use_is_refused_naming_its_holder(tmp_path):
     rig = planned(tmp_path / "one")
     with (
         rig_lock(rig),
@@ -70,7 +70,7 @@ def test_a_rig_in_use_is_refused_naming_who_has_it(tmp_path):
     assert caught.value.exit_code is ExitCode.DEVICE
 
 
-def test_once_the_run_is_over_the_rig_is_free(tmp_path):
+def test_rig_is_free_after_the_run(tmp_path):
     rig = planned(tmp_path / "one")
     for _ in range(2):
         with rig_lock(rig):
@@ -78,7 +78,7 @@ def test_once_the_run_is_over_the_rig_is_free(tmp_path):
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="TMPDIR is of POSIX")
-def test_who_has_temporary_files_of_ones_own_shares_the_locks_all_the_same(monkeypatch, tmp_path):
+def test_folder_of_locks_does_not_depend_on_tmpdir(monkeypatch, tmp_path):
     monkeypatch.delenv("RIGRUNNER_LOCKS")
     before = shared_folder()
     monkeypatch.setenv("TMPDIR", str(tmp_path))
@@ -87,19 +87,19 @@ def test_who_has_temporary_files_of_ones_own_shares_the_locks_all_the_same(monke
     assert not shared_folder().is_relative_to(tmp_path)
 
 
-def test_on_windows_the_locks_are_not_in_the_users_own_folder(monkeypatch, tmp_path):
+def test_locks_are_in_public_folder_on_windows(monkeypatch, tmp_path):
     monkeypatch.delenv("RIGRUNNER_LOCKS")
     monkeypatch.setattr(sys, "platform", "win32")
     monkeypatch.setenv("PUBLIC", str(tmp_path))
     assert shared_folder() == tmp_path / "rigrunner-rigs"
 
 
-def test_two_rigs_run_side_by_side(tmp_path):
+def test_two_rigs_can_run_concurrently(tmp_path):
     with rig_lock(planned(tmp_path / "one", "press-1")), rig_lock(planned(tmp_path / "two", "b")):
         pass
 
 
-def test_simulated_rigs_are_one_per_process_and_not_locked(tmp_path):
+def test_simulated_rigs_are_not_locked(tmp_path):
     rig = planned(tmp_path / "one", simulated=True)
     with rig_lock(rig), rig_lock(rig):
         pass
@@ -107,20 +107,20 @@ def test_simulated_rigs_are_one_per_process_and_not_locked(tmp_path):
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="kill -9 is of POSIX")
-def test_a_killed_process_holds_no_rig(tmp_path):
+def test_killed_process_releases_its_rig(tmp_path):
     rig = planned(tmp_path / "one")
     command = [sys.executable, "-c", HOLD, str(shared_folder() / "press-1.lock")]
-    with subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE) as other:
-        assert other.stdout.readline() == b"held\n"
+    with subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE) as process:
+        assert process.stdout.readline() == b"held\n"
         with pytest.raises(DeviceError, match="is in use "), rig_lock(rig):
             pass
-        other.send_signal(signal.SIGKILL)
-        other.wait()
+        process.send_signal(signal.SIGKILL)
+        process.wait()
     with rig_lock(rig):
         pass
 
 
-def test_a_folder_that_cannot_be_written_is_an_error_of_the_device_and_says_where(tmp_path):
+def test_unwritable_lock_is_a_device_error_naming_the_file(tmp_path):
     (tmp_path / "rigrunner-rigs").mkdir()
     (tmp_path / "rigrunner-rigs" / "press-1.lock").mkdir()
     with (
@@ -136,7 +136,7 @@ def by_hand(folder, tape=None):
     return dataclasses.replace(ready, registry=RealDevices(ready.registry))
 
 
-def test_by_hand_too_a_rig_is_used_by_one_alone(tmp_path):
+def test_manual_mode_locks_the_rig(tmp_path):
     rig = planned(tmp_path / "one")
     with (
         by_hand(tmp_path).hold("jog tester"),
@@ -148,14 +148,14 @@ def test_by_hand_too_a_rig_is_used_by_one_alone(tmp_path):
         by_hand(tmp_path).hold("devices").__enter__()
 
 
-def test_what_is_played_back_needs_no_rig(tmp_path):
+def test_replay_needs_no_rig(tmp_path):
     with by_hand(tmp_path, RecordedTape(tmp_path / "tape")).hold("devices"):
         pass
     with rig_lock(planned(tmp_path / "one")):
         with by_hand(tmp_path, ReplayedTape(tmp_path / "tape")).hold("devices"):
             pass
-        played = ReplayedTape(tmp_path / "tape")
-        with played, rig_lock(dataclasses.replace(planned(tmp_path / "two"), tape=played)):
+        tape = ReplayedTape(tmp_path / "tape")
+        with tape, rig_lock(dataclasses.replace(planned(tmp_path / "two"), tape=tape)):
             pass
 
 
@@ -163,36 +163,36 @@ POSIX = pytest.mark.skipif(sys.platform == "win32", reason="there the folder is 
 
 
 @POSIX
-def test_nobody_can_remove_the_lock_of_another_person():
+def test_other_users_cannot_remove_locks():
     assert stat.S_IMODE(shared_folder().stat().st_mode) == 0o1777
     shared_folder().chmod(0o777)  # as an earlier version made it
     assert stat.S_IMODE(shared_folder().stat().st_mode) == 0o1777
 
 
 @POSIX
-@pytest.mark.parametrize("put", ["symlink_to", "hardlink_to"])
-def test_a_link_in_the_folder_of_locks_leads_to_no_file_of_ours(tmp_path, put):
-    """As another user of the machine could put it there beforehand."""
+@pytest.mark.parametrize("make_link", ["symlink_to", "hardlink_to"])
+def test_link_as_lock_file_changes_no_other_file(tmp_path, make_link):
+    """Another user of the machine could have made it."""
     ours = tmp_path / "ours"
     ours.write_text("precious")
-    getattr(shared_folder() / "press-1.json", put)(ours)
+    getattr(shared_folder() / "press-1.json", make_link)(ours)
     with rig_lock(planned(tmp_path / "one")):
         pass
-    getattr(shared_folder() / "press-2.lock", put)(ours)
+    getattr(shared_folder() / "press-2.lock", make_link)(ours)
     with suppress(DeviceError), rig_lock(planned(tmp_path / "two", "press-2")):
         pass
     assert ours.read_text() == "precious"
 
 
 @POSIX
-def test_a_pipe_in_place_of_the_holder_keeps_nobody_waiting(tmp_path):
+def test_pipe_as_holder_file_does_not_block(tmp_path):
     os.mkfifo(shared_folder() / "press-1.json")
     with rig_lock(planned(tmp_path / "one")):
         pass
 
 
 @POSIX
-def test_a_link_in_place_of_the_folder_opens_no_folder_of_ours(tmp_path):
+def test_link_as_folder_of_locks_is_refused(tmp_path):
     ours = tmp_path / "ours"
     ours.mkdir(mode=0o700)
     (tmp_path / "rigrunner-rigs").symlink_to(ours)

@@ -1,4 +1,4 @@
-"""Results in keys of packages, and what is said where no installed package reads them."""
+"""Results in keys of packages, and keys that no installed package reads."""
 
 from __future__ import annotations
 
@@ -24,15 +24,15 @@ def document(*values, note=""):
 
 def results(read):
     for point in read["points"]:
-        noted = {"note": point["note"]} if point["note"] else {}
-        estimate = {"value": point["value"], "unit": "V", "expanded_uncertainty_95": 0.1, **noted}
+        note = {"note": point["note"]} if point["note"] else {}
+        estimate = {"value": point["value"], "unit": "V", "expanded_uncertainty_95": 0.1, **note}
         at = {"current": {"value": point["at"], "unit": "A"}}
         yield {"name": "wear", "coordinates": at, "estimate": estimate}
 
 
 @pytest.fixture
 def installed(monkeypatch):
-    """Give a function that says what the installed packages read."""
+    """Return a function that sets the readers of the installed packages."""
 
     def only(*readers):
         monkeypatch.setattr(set_points, "_readers", lambda: readers)
@@ -49,7 +49,7 @@ def reader():
     )  # fmt: skip
 
 
-def test_a_package_reads_its_own_keys(installed, reader):
+def test_package_reads_its_own_keys(installed, reader):
     installed(reader)
     (result,) = results_in(document(1.5))
     assert (result["name"], result["estimate"]["value"]) == ("wear", 1.5)

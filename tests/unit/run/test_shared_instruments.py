@@ -1,4 +1,4 @@
-"""One instrument in two station files: whoever comes second is told who has it."""
+"""One instrument in two station files: the second is refused, naming who has it."""
 
 from __future__ import annotations
 
@@ -31,17 +31,17 @@ def own_state(tmp_path, monkeypatch):
     monkeypatch.setenv("RIGRUNNER_LOCKS", str(tmp_path / "rigs"))
 
 
-class Said:
-    """A registry that knows of each device where it says that it is."""
+class FakeRegistry:
+    """A registry in which every device has these addresses."""
 
-    def __init__(self, *places):
-        self.places = list(places)
+    def __init__(self, *addresses):
+        self.addresses = list(addresses)
 
     def is_simulated(self, plugin, settings):  # noqa: ARG002  (the registry's)
         return False
 
     def physical_addresses(self, plugin, settings):  # noqa: ARG002  (the registry's)
-        return self.places
+        return self.addresses
 
 
 def station(station_id, more="", role="psu"):
@@ -49,8 +49,8 @@ def station(station_id, more="", role="psu"):
     return parse_station(text, f"{station_id}.yaml")
 
 
-def test_another_station_of_the_same_instrument_is_refused_naming_who_has_it():
-    one, other = Said("tcp:localhost:5025"), Said("tcp:127.0.0.1:5025")
+def test_second_station_of_instrument_is_refused_naming_its_holder():
+    one, other = FakeRegistry("tcp:localhost:5025"), FakeRegistry("tcp:127.0.0.1:5025")
     message = (
         r"the instrument of 'supply' at tcp:127\.0\.0\.1:5025 is in use:"
         r" WEAR on station first, process \d+"
@@ -65,24 +65,28 @@ def test_another_station_of_the_same_instrument_is_refused_naming_who_has_it():
         pass
 
 
-def test_who_is_refused_holds_nothing():
-    with station_lock(station("first"), Said("tcp:127.0.0.1:5025"), "WEAR"):
+def test_refused_station_holds_no_lock():
+    with station_lock(station("first"), FakeRegistry("tcp:127.0.0.1:5025"), "WEAR"):
         with (
             pytest.raises(DeviceError),
-            station_lock(station("second"), Said("serial:/dev/a", "tcp:127.0.0.1:5025"), "jog"),
+            station_lock(
+                station("second"), FakeRegistry("serial:/dev/a", "tcp:127.0.0.1:5025"), "jog"
+            ),
         ):
             pass
-        with station_lock(station("third"), Said("serial:/dev/a"), "jog"):
+        with station_lock(station("third"), FakeRegistry("serial:/dev/a"), "jog"):
             pass
 
 
-def test_two_roles_of_one_instrument_are_one_lock():
-    with station_lock(station("first"), Said("tcp:localhost:502", "tcp:127.0.0.1:502"), "WEAR"):
+def test_two_roles_of_one_instrument_share_a_lock():
+    with station_lock(
+        station("first"), FakeRegistry("tcp:localhost:502", "tcp:127.0.0.1:502"), "WEAR"
+    ):
         pass
 
 
-def test_what_a_station_says_to_be_shared_is_not_locked():
-    instrument = Said("tcp:127.0.0.1:5025")
+def test_shared_instrument_is_not_locked():
+    instrument = FakeRegistry("tcp:127.0.0.1:5025")
     with (
         station_lock(station("first", ", shared: yes"), instrument, "WEAR"),
         station_lock(station("second", ", shared: yes"), instrument, "WEAR"),
@@ -90,22 +94,22 @@ def test_what_a_station_says_to_be_shared_is_not_locked():
         pass
 
 
-def test_an_instrument_that_another_station_left_energised_is_refused_until_it_is_safe():
-    where = Said("tcp:127.0.0.1:5025")
+def test_instrument_left_energised_is_refused_until_safe():
+    registry = FakeRegistry("tcp:127.0.0.1:5025")
     owner = Owner("first", "/lab/first.yaml", "WEAR", 1, "bench", "2026-03-01T12:00:00.000Z")
-    with station_lock(station("first"), where, "WEAR") as marks:
+    with station_lock(station("first"), registry, "WEAR") as marks:
         owner = marks.owner
     left = RigMarks(owner, ["psu"])
     left._add(DriveMark("psu.voltage", "V", 0.0, 40.0))
     text = r"'psu' at tcp:127.* is not known to be safe: .*left energised by WEAR.*psu.voltage 40 V"
     with (
         pytest.raises(DeviceError, match=text) as caught,
-        station_lock(station("second"), where, "jog"),
+        station_lock(station("second"), registry, "jog"),
     ):
         pass
     assert "first.yaml' makes it safe first" in caught.value.hint
     record_made_safe("first", "'devices' made it safe")
-    with station_lock(station("second"), where, "jog"):
+    with station_lock(station("second"), registry, "jog"):
         pass
 
 
@@ -115,7 +119,7 @@ CELL = {"rtu": {"port": "/dev/ttyUSB0"}, **SPEED}
 
 
 @pytest.mark.parametrize(
-    ("plugin", "settings", "places"),
+    ("plugin", "settings", "addresses"),
     [
         ("modbus", INVERTER, ["tcp:localhost:1502/unit 3"]),
         ("modbus", CELL, ["serial:/dev/ttyUSB0"]),
@@ -135,12 +139,12 @@ CELL = {"rtu": {"port": "/dev/ttyUSB0"}, **SPEED}
         ("modbus", {"simulated": True, "simulator": "inverter", **SPEED}, []),
     ],
 )
-def test_a_device_is_where_it_or_what_it_is_made_of_is_reached(plugin, settings, places):
-    assert load_registry().physical_addresses(plugin, settings) == places
+def test_addresses_of_device_include_those_of_its_parts(plugin, settings, addresses):
+    assert load_registry().physical_addresses(plugin, settings) == addresses
 
 
 @pytest.mark.parametrize(
-    ("plugin", "settings", "places"),
+    ("plugin", "settings", "addresses"),
     [
         ("visa", {"resource": "GPIB0::12::INSTR"}, ("visa:GPIB0::12::INSTR",)),
         ("pymeasure", {"resource": "GPIB0::16::INSTR"}, ("visa:GPIB0::16::INSTR",)),
@@ -150,34 +154,34 @@ def test_a_device_is_where_it_or_what_it_is_made_of_is_reached(plugin, settings,
         ("daq", {"device": "cDAQ1"}, ("daq:cDAQ1",)),
     ],
 )
-def test_the_settings_of_instruments_say_where_they_are(plugin, settings, places):
+def test_settings_of_instruments_have_addresses(plugin, settings, addresses):
     model = load_registry().settings_of("device", plugin)
-    assert model.model_construct(**settings).physical_addresses() == places
+    assert model.model_construct(**settings).physical_addresses() == addresses
 
 
-def test_drivers_by_lines_of_text_say_it_without_a_word_of_their_author():
+def test_line_settings_have_addresses():
     assert LineSettings(address="192.0.2.7:5025").physical_addresses() == ("tcp:192.0.2.7:5025",)
     assert LineSettings(address="COM3").physical_addresses() == ("serial:COM3",)
     assert LineSettings(simulated=True).physical_addresses() == ()
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="as the e2e tests of the supply")
-def test_from_the_command_line_a_second_station_of_one_supply_is_refused(tmp_path):
-    """As it was found: a jog by another station's file moved the device in mid-run."""
+def test_jog_of_second_station_is_refused(tmp_path):
+    """A jog by the file of another station once moved the device during a run."""
     lab = SupplyLab(tmp_path / "lab")
     other = lab.add_station("other.yaml", "other")
     station = load_station(lab.station)
     registry = with_lab_plugins(load_registry(), station, lab.folder)
     with station_lock(station, registry, "STEPS"):
-        called = call("jog", other, "psu", "--set", "voltage=5 V", "--log", lab.folder / "jog.log")
-    assert called.code == ExitCode.DEVICE
-    assert "the instrument of 'psu' at file:supply.json" in called.err
-    assert "is in use: STEPS on station supply, process" in called.err
+        result = call("jog", other, "psu", "--set", "voltage=5 V", "--log", lab.folder / "jog.log")
+    assert result.code == ExitCode.DEVICE
+    assert "the instrument of 'psu' at file:supply.json" in result.err
+    assert "is in use: STEPS on station supply, process" in result.err
     assert lab.stands() == (0.0, 0.0)
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="as the e2e tests of the supply")
-def test_the_kit_marks_the_rig_of_a_station_while_it_drives_it(tmp_path):
+def test_kit_marks_rig_while_it_drives_it(tmp_path):
     lab = SupplyLab(tmp_path / "lab")
     states = []
     with bound_subject(lab.station, "psu", "supply") as subject:
@@ -188,7 +192,7 @@ def test_the_kit_marks_the_rig_of_a_station_while_it_drives_it(tmp_path):
     assert states == ["psu.voltage at an unknown value, psu.speed at an unknown value", None]
 
 
-def test_the_kit_drives_no_rig_that_was_left_energised(tmp_path):
+def test_kit_refuses_rig_left_energised(tmp_path):
     lab = SupplyLab(tmp_path / "lab")
     station = load_station(lab.station)
     registry = with_lab_plugins(load_registry(), station, lab.folder)

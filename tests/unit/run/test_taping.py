@@ -1,4 +1,4 @@
-"""A run on tape: what was recorded comes again to the last bit, and what failed fails again."""
+"""Runs on tape: a replay is identical to the last bit, and failures are repeated."""
 
 from __future__ import annotations
 
@@ -79,10 +79,10 @@ def taped(tmp_path_factory):
     return folder, procedure, *both(folder, procedure)
 
 
-def test_a_replay_gives_the_same_recordings_to_the_last_bit(taped):
-    _, _, first, again, tape = taped
+def test_replay_has_identical_recordings(taped):
+    _, _, first, replay, tape = taped
     assert tape.notes() == ()
-    one, other = open_run(first.folder), open_run(again.folder)
+    one, other = open_run(first.folder), open_run(replay.folder)
     assert one.data.digest == other.data.digest
     for a, b in zip(one.data.recordings, other.data.recordings, strict=True):
         assert {name: values.tobytes() for name, values in a.channels.items()} == {
@@ -93,51 +93,51 @@ def test_a_replay_gives_the_same_recordings_to_the_last_bit(taped):
         )  # fmt: skip
 
 
-def test_a_replay_gives_the_same_result(taped):
-    _, _, first, again, _ = taped
-    one, other = (json.loads((run.folder / "result.json").read_text()) for run in (first, again))
+def test_replay_has_same_result(taped):
+    _, _, first, replay, _ = taped
+    one, other = (json.loads((run.folder / "result.json").read_text()) for run in (first, replay))
     del one["run"], other["run"]
     assert one == other
 
 
-def test_a_replay_gives_the_same_events_at_the_same_times(taped):
-    _, _, first, again, _ = taped
-    one, other = (read(run.folder).events for run in (first, again))
+def test_replay_has_same_events_at_same_times(taped):
+    _, _, first, replay, _ = taped
+    one, other = (read(run.folder).events for run in (first, replay))
     assert [repr(event) for event in one[1:]] == [repr(event) for event in other[1:]]
 
 
-def test_a_replay_asks_no_device(taped, monkeypatch):
+def test_replay_calls_no_device(taped, monkeypatch):
     folder, procedure, *_ = taped
     from tester_of_tests import Tester  # noqa: PLC0415  (within the fixture alone)
 
-    def asked(*_):
+    def fail(*_):
         raise AssertionError("a device was asked")
 
     for name in ("connect", "read", "set", "read_back", "stream", "make_safe", "close"):
-        monkeypatch.setattr(Tester, name, asked)
-    again = run(ReplayedTape(folder / "tape"), procedure, folder / "more")
-    assert again.outcome is Outcome.COMPLETED
+        monkeypatch.setattr(Tester, name, fail)
+    replay = run(ReplayedTape(folder / "tape"), procedure, folder / "more")
+    assert replay.outcome is Outcome.COMPLETED
 
 
-def test_a_replay_is_marked_as_such_everywhere(taped):
-    folder, _, first, again, _ = taped
-    assert again.folder.name == f"{first.folder.name}_replay"
-    stored = read(again.folder)
+def test_replay_is_marked_in_name_run_file_and_report(taped):
+    folder, _, first, replay, _ = taped
+    assert replay.folder.name == f"{first.folder.name}_replay"
+    stored = read(replay.folder)
     replayed = stored.header.provenance["replayed"]
     assert replayed.startswith("tape, begun 2026-03-01T12:00:00.000Z, SHA-256 ")
-    page = again.report.read_text(encoding="utf-8")
+    page = replay.report.read_text(encoding="utf-8")
     assert "Not for certification: this run is a replay, and no instrument was asked" in page
     assert replayed in page
     assert "replayed" not in read(first.folder).header.provenance
     assert "is a replay" not in first.report.read_text(encoding="utf-8")
-    assert report_input(again.folder, load_registry()).provenance["replayed"] == replayed
+    assert report_input(replay.folder, load_registry()).provenance["replayed"] == replayed
     assert folder.exists()
 
 
-def test_a_certificate_on_a_replay_is_a_specimen_and_says_why(taped):
-    _, _, first, again, _ = taped
+def test_certificate_on_replay_is_a_specimen_with_reason(taped):
+    _, _, first, replay, _ = taped
     registry = load_registry()
-    one, other = (read_source(run.folder, registry) for run in (first, again))
+    one, other = (read_source(run.folder, registry) for run in (first, replay))
     codes = [limit.code for limit in restrictions_of(one, requested=True)]
     assert codes == ["draft_procedure", "simulated"]
     details = {limit.code: limit.detail for limit in restrictions_of(other, requested=True)}
@@ -145,23 +145,23 @@ def test_a_certificate_on_a_replay_is_a_specimen_and_says_why(taped):
     assert details["replayed"] == other.stored.header.provenance["replayed"]
 
 
-def test_a_replay_is_no_partner_of_a_measurement(taped):
-    folder, procedure, _, again, _ = taped
+def test_replay_is_not_a_partner_of_a_measurement(taped):
+    folder, procedure, _, replay, _ = taped
     planned = plan_run(
         procedure_file(folder, "loaded"),
         STATION,
         load_registry(),
         SimulatedClock(START),
     )
-    named = {"tare": again.folder.name}
+    partners = {"tare": replay.folder.name}
     with pytest.raises(DataError, match="it is the replay of a tape"):
-        partners_for(planned, folder / "runs", named)
-    of_replay = replace(planned, tape=ReplayedTape(folder / "tape"))
-    assert partners_for(of_replay, folder / "runs", named) == {"tare": again.folder}
+        partners_for(planned, folder / "runs", partners)
+    replayed_plan = replace(planned, tape=ReplayedTape(folder / "tape"))
+    assert partners_for(replayed_plan, folder / "runs", partners) == {"tare": replay.folder}
     assert procedure.exists()
 
 
-def test_one_changed_command_is_the_first_difference(taped, tmp_path):
+def test_changed_command_is_the_first_difference(taped, tmp_path):
     folder, *_ = taped
     changed = procedure_file(
         tmp_path, "idle",
@@ -180,7 +180,7 @@ def test_one_changed_command_is_the_first_difference(taped, tmp_path):
     assert len(read(finished.folder).recordings) == 2
 
 
-def test_what_of_a_tape_was_not_asked_for_is_told(taped, tmp_path):
+def test_remaining_exchanges_are_noted(taped, tmp_path):
     folder, procedure, *_ = taped
     tape = tmp_path / "tape"
     (tape / "devices").mkdir(parents=True)
@@ -195,7 +195,7 @@ def test_what_of_a_tape_was_not_asked_for_is_told(taped, tmp_path):
 
 
 @pytest.mark.parametrize("length", [0, 20_000, 100_000])
-def test_a_tape_that_was_interrupted_ends_the_replay_there(taped, tmp_path, length):
+def test_truncated_tape_ends_replay_there(taped, tmp_path, length):
     folder, procedure, *_ = taped
     tape = tmp_path / "tape"
     (tape / "devices").mkdir(parents=True)
@@ -212,7 +212,7 @@ def test_a_tape_that_was_interrupted_ends_the_replay_there(taped, tmp_path, leng
     assert finished.sealed
 
 
-def test_a_replay_that_differs_only_where_the_rig_is_made_safe_ends_in_an_error(taped, tmp_path):
+def test_difference_while_making_safe_is_an_error(taped, tmp_path):
     folder, procedure, *_ = taped
     tape = tmp_path / "tape"
     shutil.copytree(folder / "tape", tape)
@@ -225,7 +225,7 @@ def test_a_replay_that_differs_only_where_the_rig_is_made_safe_ends_in_an_error(
 
 
 @pytest.mark.parametrize("length", [300, 5_000, 30_000])
-def test_a_clock_that_was_interrupted_ends_the_replay_in_order(taped, tmp_path, length):
+def test_truncated_clock_ends_replay_in_order(taped, tmp_path, length):
     folder, procedure, *_ = taped
     tape = tmp_path / "tape"
     (tape / "devices").mkdir(parents=True)
@@ -240,35 +240,35 @@ def test_a_clock_that_was_interrupted_ends_the_replay_in_order(taped, tmp_path, 
     assert finished.outcome is Outcome.ERROR
 
 
-def test_a_failure_in_the_lab_is_the_same_failure_at_the_desk(tmp_path):
+def test_device_failure_is_replayed(tmp_path):
     faulty = "{plugin: tester_of_tests, settings: {seed: 1}, faults: [%s]}"
     lost = faulty % "{kind: lost, at: {frequency: 15 Hz}}"
     plain = "plugin: tester_of_tests\n    settings: {seed: 1}"
     wrapped = (plain, f"plugin: fault\n    settings: {lost}")
     station = station_file(tmp_path, wrapped)
     procedure = procedure_file(tmp_path, "idle", TWO)
-    first, again, tape = both(tmp_path, procedure, station=station)
+    first, replay, tape = both(tmp_path, procedure, station=station)
     assert isinstance(first.error, DeviceLostError)
-    assert (type(again.error), str(again.error)) == (type(first.error), str(first.error))
-    assert again.reason == first.reason
-    assert read(again.folder).digest == read(first.folder).digest
+    assert (type(replay.error), str(replay.error)) == (type(first.error), str(first.error))
+    assert replay.reason == first.reason
+    assert read(replay.folder).digest == read(first.folder).digest
     assert tape.notes() == ()
 
 
-def test_an_interlock_that_tripped_in_the_lab_trips_at_the_desk(tmp_path):
-    """Interlocks go by time: how long a value was too high, and how often it was looked at."""
+def test_tripped_interlock_is_replayed(tmp_path):
+    """Interlocks depend on time: how long a value was too high, and when it was read."""
     station = station_file(tmp_path, ("above: 60 °C, every: 1 s", "above: 22 °C, every: 0.7 s"))
     procedure = procedure_file(tmp_path, "idle", TWO)
-    first, again, tape = both(tmp_path, procedure, station=station)
-    assert first.outcome is again.outcome is Outcome.ABORTED
+    first, replay, tape = both(tmp_path, procedure, station=station)
+    assert first.outcome is replay.outcome is Outcome.ABORTED
     assert "tester.temperature is 23" in first.reason
-    assert again.reason == first.reason
-    one, other = (read(run.folder).events for run in (first, again))
+    assert replay.reason == first.reason
+    one, other = (read(run.folder).events for run in (first, replay))
     assert [repr(event) for event in one[1:]] == [repr(event) for event in other[1:]]
     assert tape.notes() == ()
 
 
-def test_what_persons_answered_is_answered_again(tmp_path):
+def test_answers_of_persons_are_replayed(tmp_path):
     class Person:
         by = "A. Jones"
 
@@ -281,8 +281,8 @@ def test_what_persons_answered_is_answered_again(tmp_path):
     procedure = procedure_file(tmp_path, "idle", TWO)
     tape = RecordedTape(tmp_path / "tape")
     first = run(tape, procedure, tmp_path / "runs", answers=Person())
-    again = run(ReplayedTape(tmp_path / "tape"), procedure, tmp_path / "runs")
-    for finished in (first, again):
+    replay = run(ReplayedTape(tmp_path / "tape"), procedure, tmp_path / "runs")
+    for finished in (first, replay):
         assert finished.outcome is Outcome.ABORTED
         assert finished.reason.endswith("was answered with no")
         stored = read(finished.folder)
@@ -290,22 +290,22 @@ def test_what_persons_answered_is_answered_again(tmp_path):
         assert [event.by for event in stored.events if isinstance(event, Answer)] == ["A. Jones"]
 
 
-def test_what_was_let_pass_in_the_lab_is_let_pass_at_the_desk(tmp_path):
+def test_overrides_are_replayed(tmp_path):
     procedure = procedure_file(tmp_path, "idle", TWO)
     tape = RecordedTape(tmp_path / "tape")
     clock = SimulatedClock(START)
     planned = plan_run(procedure, STATION, load_registry(), clock, tape)
-    let_pass = (Override("overdue tester.torque", "it was due", "A. Jones", "urgent"),)
-    on_tape(planned, tape, {"operator": "B. Smith"}, let_pass, UnattendedAnswers())
-    played = ReplayedTape(tmp_path / "tape")
-    assert overrides_on(played) == let_pass
-    assert inputs_on(played) == {"operator": "B. Smith"}
+    overrides = (Override("overdue tester.torque", "it was due", "A. Jones", "urgent"),)
+    on_tape(planned, tape, {"operator": "B. Smith"}, overrides, UnattendedAnswers())
+    replayed = ReplayedTape(tmp_path / "tape")
+    assert overrides_on(replayed) == overrides
+    assert inputs_on(replayed) == {"operator": "B. Smith"}
     assert overrides_on(tape) == ()
     assert inputs_on(None) == {}
 
 
 class StopAt:
-    """A stop token that somebody sets as a step begins."""
+    """A stop token that is set at the start of a recording."""
 
     def __init__(self, recording):
         self.recording = recording
@@ -323,40 +323,40 @@ class StopAt:
         return error
 
 
-def test_a_run_that_was_stopped_is_stopped_again_at_the_same_place(tmp_path):
+def test_stop_is_replayed_at_same_place(tmp_path):
     procedure = procedure_file(tmp_path, "idle", TWO)
     stop = StopAt("002")
     tape = RecordedTape(tmp_path / "tape")
     first = run(tape, procedure, tmp_path / "runs", listeners=[stop], stop=stop)
-    played = ReplayedTape(tmp_path / "tape")
-    again = run(played, procedure, tmp_path / "runs")
-    for finished in (first, again):
+    replayed = ReplayedTape(tmp_path / "tape")
+    replay = run(replayed, procedure, tmp_path / "runs")
+    for finished in (first, replay):
         assert (finished.outcome, finished.reason) == (Outcome.ABORTED, "it sounded odd")
         assert finished.exit_code is ExitCode.INTERRUPTED
         assert finished.error.by == "A. Jones"
-    one, other = (read(run.folder) for run in (first, again))
+    one, other = (read(run.folder) for run in (first, replay))
     assert [repr(event) for event in one.events[1:]] == [repr(event) for event in other.events[1:]]
     assert [len(stored.recordings) for stored in (one, other)] == [1, 1]
-    assert played.notes() == ()
+    assert replayed.notes() == ()
 
 
 class Pausing:
-    """Pauses once, as a recording begins; looks a few times, then decides."""
+    """Pauses once at the start of a recording, looks a few times, then decides."""
 
     def __init__(self, recording, *decisions):
         self.recording = recording
         self.decisions = list(decisions)
-        self.asked = False
+        self.is_requested = False
 
     def __call__(self, event):
         if isinstance(event, StepStarted) and event.recording.startswith(self.recording):
-            self.asked = bool(self.decisions)
+            self.is_requested = bool(self.decisions)
 
-    def wanted(self):
-        return "keyboard" if self.asked else ""
+    def requested_by(self):
+        return "keyboard" if self.is_requested else ""
 
     def decide(self, paused, watch):  # noqa: ARG002  (the engine's)
-        self.asked = False
+        self.is_requested = False
         for _ in range(3):
             watch()
         decision = self.decisions.pop(0)
@@ -377,33 +377,33 @@ class Pausing:
     ],
     ids=["resume", "note and repeat", "skip", "abort", "nobody"],
 )  # fmt: skip
-def test_a_run_that_was_paused_is_paused_again_and_goes_on_so(tmp_path, decisions, outcome):
+def test_pause_and_decision_are_replayed(tmp_path, decisions, outcome):
     procedure = procedure_file(tmp_path, "idle", TWO)
     pauses = Pausing("002", *decisions)
     tape = RecordedTape(tmp_path / "tape")
     first = run(tape, procedure, tmp_path / "runs", listeners=[pauses], pauses=pauses)
     assert pauses.decisions == []
-    played = ReplayedTape(tmp_path / "tape")
-    again = run(played, procedure, tmp_path / "runs")
-    assert first.outcome is again.outcome is outcome
-    assert again.reason == first.reason
-    one, other = (read(run.folder) for run in (first, again))
+    replayed = ReplayedTape(tmp_path / "tape")
+    replay = run(replayed, procedure, tmp_path / "runs")
+    assert first.outcome is replay.outcome is outcome
+    assert replay.reason == first.reason
+    one, other = (read(run.folder) for run in (first, replay))
     assert [repr(event) for event in one.events[1:]] == [repr(event) for event in other.events[1:]]
     assert one.digest == other.digest
-    assert played.notes() == ()
+    assert replayed.notes() == ()
 
 
-def test_a_replay_can_be_stopped_too(taped, tmp_path):
+def test_replay_can_be_stopped(taped, tmp_path):
     folder, procedure, *_ = taped
     stop = StopAt("001")
-    again = run(
+    replay = run(
         ReplayedTape(folder / "tape"), procedure, tmp_path / "runs", listeners=[stop], stop=stop
     )
-    assert (again.outcome, again.reason) == (Outcome.ABORTED, "it sounded odd")
-    assert not again.unsafe  # there is no rig, and nobody has to go to one
+    assert (replay.outcome, replay.reason) == (Outcome.ABORTED, "it sounded odd")
+    assert not replay.unsafe  # there is no rig, and nobody has to go to one
 
 
-def test_a_full_disk_costs_the_tape_and_not_the_run(tmp_path, monkeypatch):
+def test_full_disk_loses_tape_but_not_run(tmp_path, monkeypatch):
     procedure = procedure_file(tmp_path, "idle", TWO)
     write, events = os.write, []
 
@@ -426,7 +426,7 @@ def test_a_full_disk_costs_the_tape_and_not_the_run(tmp_path, monkeypatch):
 
 
 class Thermometer(Driver):
-    """A wired device: its own code works in a replay too. The instrument is a function."""
+    """A wired device: its own code runs in a replay too. The instrument is a function."""
 
     instrument = staticmethod(lambda request: {"ID?": "T-1", "TEMP?": "296.5"}[request])
 
@@ -461,7 +461,7 @@ def wired(tmp_path, monkeypatch):
     return registry, station, monkeypatch
 
 
-def test_the_tape_of_a_wired_device_is_its_wire(wired, tmp_path):
+def test_tape_of_wired_device_records_its_wire(wired, tmp_path):
     registry, station, monkeypatch = wired
     procedure = procedure_file(tmp_path, "idle", TWO)
     bench = {"station": station, "registry": registry}
@@ -469,17 +469,17 @@ def test_the_tape_of_a_wired_device_is_its_wire(wired, tmp_path):
     lines = (tmp_path / "tape/devices/room.jsonl").read_text().splitlines()
     assert [json.loads(line)["ask"] for line in lines] == ["ID?", "TEMP?", "TEMP?"]
 
-    def asked(_):
+    def fail(_):
         raise AssertionError("the instrument was asked")
 
-    monkeypatch.setattr(Thermometer, "instrument", staticmethod(asked))
-    again = run(ReplayedTape(tmp_path / "tape"), procedure, tmp_path / "runs", **bench)
-    assert again.outcome is Outcome.COMPLETED
-    assert read(again.folder).digest == read(first.folder).digest
-    assert read(again.folder).recordings[0].conditions["room.air"] == 296.5
+    monkeypatch.setattr(Thermometer, "instrument", staticmethod(fail))
+    replay = run(ReplayedTape(tmp_path / "tape"), procedure, tmp_path / "runs", **bench)
+    assert replay.outcome is Outcome.COMPLETED
+    assert read(replay.folder).digest == read(first.folder).digest
+    assert read(replay.folder).recordings[0].conditions["room.air"] == 296.5
 
 
-def test_an_instrument_that_hung_in_the_lab_hangs_at_the_desk(wired, tmp_path):
+def test_hang_of_instrument_is_replayed(wired, tmp_path):
     registry, station, monkeypatch = wired
     procedure = procedure_file(tmp_path, "idle", TWO)
     bench = {"station": station, "registry": registry}
@@ -491,14 +491,14 @@ def test_an_instrument_that_hung_in_the_lab_hangs_at_the_desk(wired, tmp_path):
         return "T-1"
 
     monkeypatch.setattr(Thermometer, "instrument", staticmethod(hangs))
-    first, again, _ = both(tmp_path, procedure, **bench)
+    first, replay, _ = both(tmp_path, procedure, **bench)
     answer.set()
-    for finished in (first, again):
+    for finished in (first, replay):
         assert isinstance(finished.error, DeviceTimeoutError)
         assert str(finished.error) == "room: 'read' did not return within 0.3 s"
 
 
-def test_a_command_of_a_driver_that_was_changed_is_the_first_difference(wired, tmp_path):
+def test_changed_driver_command_is_the_first_difference(wired, tmp_path):
     registry, station, monkeypatch = wired
     procedure = procedure_file(tmp_path, "idle", TWO)
     bench = {"station": station, "registry": registry}
@@ -511,7 +511,7 @@ def test_a_command_of_a_driver_that_was_changed_is_the_first_difference(wired, t
     )
 
 
-def test_a_tape_is_one_or_the_other_and_in_a_folder_of_its_own(tmp_path):
+def test_tape_options_are_exclusive_and_need_an_empty_folder(tmp_path):
     with pytest.raises(UsageError, match="exclude each other"):
         tape_for(tmp_path / "a", tmp_path / "b")
     with pytest.raises(DataError, match=r"holds no tape: tape.json: No such file"):
@@ -525,7 +525,7 @@ def test_a_tape_is_one_or_the_other_and_in_a_folder_of_its_own(tmp_path):
         tape_for(None, tmp_path)
 
 
-def test_a_tape_that_cannot_be_made_keeps_the_run_from_starting(tmp_path):
+def test_unwritable_tape_prevents_run(tmp_path):
     (tmp_path / "file").touch()
     procedure = procedure_file(tmp_path, "idle", TWO)
     with pytest.raises(DataError, match="cannot make the tape"):

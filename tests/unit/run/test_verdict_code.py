@@ -1,4 +1,4 @@
-"""How a command ends that analysed a stored run."""
+"""The exit code of a command that analysed a run."""
 
 from __future__ import annotations
 
@@ -15,8 +15,8 @@ from rigrunner.run.stored import verdict_code
 from unit.analysis.helpers_runs import run_of
 
 
-def decided(verdict):
-    """Return a completed run with a decision on one limit."""
+def result_with(verdict):
+    """Return the result of a completed run with a decision on one limit."""
     part = LimitDecision(
         of="wear",
         verdict=verdict,
@@ -37,14 +37,14 @@ def decided(verdict):
         (Verdict.INCONCLUSIVE, ExitCode.UNDECIDED),
     ],
 )
-def test_a_completed_run_ends_as_its_verdict(verdict, code):
-    assert verdict_code(decided(verdict)) is code
+def test_exit_code_of_completed_run_follows_verdict(verdict, code):
+    assert verdict_code(result_with(verdict)) is code
 
 
 @pytest.mark.parametrize("outcome", ["aborted", "error", ""])
 @pytest.mark.parametrize("is_decided", [True, False])
-def test_a_run_that_was_not_completed_is_never_a_success(outcome, is_decided):
-    result = decided(Verdict.PASS)
+def test_incomplete_run_never_passes(outcome, is_decided):
+    result = result_with(Verdict.PASS)
     result = replace(result, run=replace(result.run, outcome=outcome))
     if not is_decided:
         result = replace(result, decision=None)
@@ -60,15 +60,13 @@ def test_a_run_that_was_not_completed_is_never_a_success(outcome, is_decided):
         (Verdict.FAIL, ("main[0]: cable",), ExitCode.FAIL),
     ],
 )
-def test_a_failed_step_makes_a_pass_undecided_and_leaves_a_fail(
-    tmp_path, verdict, failed_steps, code
-):
+def test_failed_step_makes_a_pass_undecided(tmp_path, verdict, failed_steps, code):
     finished = FinishedRun(
         folder=tmp_path,
         outcome=Outcome.COMPLETED,
         reason="",
         error=None,
-        result=decided(verdict),
+        result=result_with(verdict),
         passed_over=failed_steps,
     )
     assert finished.exit_code is code

@@ -22,7 +22,7 @@ from rigrunner.jobs import InProcess
 from rigrunner.runfile import file_differences, read, read_info, read_summary
 from rigrunner_fleet import open_run
 from rigrunner_fleet.archive import index, open_archive, query
-from rigrunner_fleet.archive.checking import Look, Pace, check
+from rigrunner_fleet.archive.checking import Pace, RunChecker, check
 
 OLD = Path(__file__).parents[2] / "data" / "format-1" / "run.h5"
 FILE_SHA256 = "faddef58f4edbbecb3a32353a5f4e0d716b5b81207c06e4a4ff6466da8289cd9"
@@ -85,7 +85,7 @@ def test_old_file_is_shown_and_opened(run):
 def test_old_file_is_indexed_checked_packed_and_unpacked(run, tmp_path):
     with closing(open_archive(run.parent)) as archive:
         index(archive, [run.parent])
-        look = Look(Pace(), yielding=False)
+        look = RunChecker(Pace(), yielding=False)
         assert checked(archive, look) == ()
     (row,) = query(runs=run.parent)
     assert (row["run_id"], row["verdict"], row["manifest_sha256"]) == (

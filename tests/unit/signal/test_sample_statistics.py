@@ -19,7 +19,7 @@ def statistics_of(values, cuts):
     statistics = SampleStatistics()
     for part in np.split(np.array(values), sorted(cuts)):
         statistics.take(part)
-    return statistics.found()
+    return statistics.by_name()
 
 
 @given(samples, st.lists(st.integers(0, 200), max_size=5))
@@ -42,11 +42,11 @@ def test_mean_over_many_blocks_keeps_small_parts():
     for _ in range(20_000):
         statistics.take(np.array([1e-8]))
     statistics.take(np.array([-1e9]))
-    assert statistics.found()["mean"] * 20_002 == pytest.approx(20_000 * 1e-8, rel=1e-9)
+    assert statistics.by_name()["mean"] * 20_002 == pytest.approx(20_000 * 1e-8, rel=1e-9)
 
 
 def test_statistics_of_no_samples_are_refused():
     statistics = SampleStatistics()
     statistics.take(np.array([]))
     with pytest.raises(ValueError, match="no sample"):
-        statistics.found()
+        statistics.by_name()

@@ -26,7 +26,7 @@ from rigrunner.api.units import unit
 from rigrunner.bus import Bus
 from rigrunner.clock import SimulatedClock
 from rigrunner.engine import Choice, UnattendedAnswers, find_resume_point, run_plan, streams_before
-from rigrunner.engine.resume_point import brought_back
+from rigrunner.engine.resume_point import restoring_step
 from rigrunner.plan.actions import Interlock, Phase, Plan, PlannedStep, Terms
 from rigrunner.rig import Rig
 from rigrunner.station.drive_rules import DriveRules
@@ -273,7 +273,7 @@ def test_resume_after_a_scan_only_restores_the_drive():
     )  # fmt: skip
     resume_at = find_resume_point(plan.steps, listener.events[: at + 1], "Ada")
     assert (resume_at.start, resume_at.before) == (3, (0, 1))
-    back = brought_back(plan.steps[0])
+    back = restoring_step(plan.steps[0])
     assert back.action == SetDrive("tester", "load", 30.0, "N")
     assert back.text == "Set tester.load to 30 N, where the scan left it"
     device, resumed = Press(), Listener()

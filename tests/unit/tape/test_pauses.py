@@ -22,7 +22,7 @@ class Person:
         self.looks = looks
         self.decision = decision
 
-    def wanted(self):
+    def requested_by(self):
         return "keyboard"
 
     def decide(self, paused, watch):
@@ -54,12 +54,12 @@ def replayed(tmp_path):
     def make(person, watch):
         wire = RecordingWire(tmp_path / "clock.jsonl", Trouble())
         recorded = RecordedPauses(person, wire)
-        requested_by = recorded.wanted()
+        requested_by = recorded.requested_by()
         ended = outcome(recorded, watch)
         wire.close()
         tapes.append(TapeFile(tmp_path / "clock.jsonl"))
         again = ReplayWire(tapes[-1], Replay(), 10.0)
-        assert ReplayedPauses(again).wanted() == requested_by == "keyboard"
+        assert ReplayedPauses(again).requested_by() == requested_by == "keyboard"
         return ended, again
 
     yield make
@@ -96,6 +96,6 @@ def test_a_pause_that_is_not_on_the_tape_is_a_difference(replayed):
     _, again = replayed(Person(0, RESUME), Watch())
     pauses = ReplayedPauses(again)
     pauses.decide(PAUSED, Watch())
-    assert pauses.wanted() == ""
+    assert pauses.requested_by() == ""
     with pytest.raises(DeviceRejectedError, match="the tape is over"):
         pauses.decide(PAUSED, Watch())

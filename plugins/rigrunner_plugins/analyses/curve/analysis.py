@@ -34,7 +34,7 @@ from rigrunner_plugins.analyses.curve.derived import Derived, Fitted, OutOfRange
 from rigrunner_plugins.analyses.curve.figure import figures_of
 from rigrunner_plugins.analyses.curve.formula import mathematics
 from rigrunner_plugins.analyses.curve.of_results import sources_of_results
-from rigrunner_plugins.analyses.curve.points import STEP, Which, sources
+from rigrunner_plugins.analyses.curve.points import STEP, Shares, sources
 from rigrunner_plugins.analyses.curve.settings import (
     BothWays,
     Nonlinearity,
@@ -88,30 +88,30 @@ class CurveAnalysis:
         notes: dict[str, None] = {}
         figures: list[Figure] = []
         curves: list[tuple[str, Fitted]] = []
-        found_sources = (
+        curve_sources = (
             sources_of_results(run, self.settings, (*others, *lacking))
             if self.settings.is_of_results
             else sources(run, self.settings)
         )
-        for source in found_sources:
-            one = _OneCurve(self.settings, self.fit, source)
-            found, errors = one.results(notes)
-            results += found
+        for source in curve_sources:
+            curve = _CurveAtPlace(self.settings, self.fit, source)
+            curve_results, errors = curve.results(notes)
+            results += curve_results
             missing += [
                 MissingResult(of=of, coordinates=source.place, why=str(errors[of.name]).rstrip("."))
                 for of in self.settings.yields()
                 if of.name in errors
             ]
             refused |= {name: e for name, e in errors.items() if isinstance(e, DataError)}
-            if found:
-                curves.append((found[0].place, one.fitted))
+            if curve_results:
+                curves.append((curve_results[0].place, curve.fitted))
                 if len(self.settings.over) == 1:
-                    figures.extend(one.figures(found[0].name))
-        for name in refused.keys() - {each.name for each in results}:
+                    figures.extend(curve.figures(curve_results[0].name))
+        for name in refused.keys() - {result.name for result in results}:
             raise refused[name]
-        order = {each.name: index for index, each in enumerate(self.settings.yields())}
-        results.sort(key=lambda each: order[each.name])
-        missing.sort(key=lambda each: order[each.name])
+        order = {definition.name: index for index, definition in enumerate(self.settings.yields())}
+        results.sort(key=lambda result: order[result.name])
+        missing.sort(key=lambda result: order[result.name])
         formulas, tables = (
             mathematics(curves, self.settings, results[0].name) if results else ((), ())
         )
@@ -126,7 +126,7 @@ class CurveAnalysis:
 
 
 @dataclass(frozen=True)
-class _OneCurve:
+class _CurveAtPlace:
     settings: CurveSettings
     fit: Fit
     source: Source
@@ -137,21 +137,21 @@ class _OneCurve:
         try:
             return list(self._results(self.fitted, errors, notes)), errors
         except DataError as error:  # the fit failed: there is no result
-            return [], {each.name: error for each in self.settings.yields()} | errors
+            return [], {definition.name: error for definition in self.settings.yields()} | errors
 
     def _results(
         self, fitted: Fitted, errors: _Errors, notes: dict[str, None]
     ) -> Iterator[MeasurementResult]:
-        found: list[tuple[ResultDefinition, ResultSettings, Derived]] = []
-        for definition, (_, wanted) in zip(
+        derived_values: list[tuple[ResultDefinition, ResultSettings, Derived]] = []
+        for definition, (_, settings) in zip(
             self.settings.yields(), self.settings.results.all_of(), strict=True
         ):
             try:
-                derived_value = self._derived(fitted, wanted)
+                derived_value = self._derive(fitted, settings)
             except (OutOfRangeError, DataError) as error:
                 errors[definition.name] = error
                 continue
-            found.append((definition, wanted, derived_value))
+            derived_values.append((definition, settings, derived_value))
             if derived_value.note:
                 notes[f"{definition.name}{self._place}: {derived_value.note}."] = None
         notes.update(dict.fromkeys(self._correlations(fitted)))
@@ -161,10 +161,10 @@ class _OneCurve:
             ] = None
         for name in self.source.exact:
             notes[f"{name} counts as exact: the register has no entry for it."] = None
-        effects = self._effects(fitted, [each for _, _, each in found])
-        for index, (definition, wanted, derived_value) in enumerate(found):
+        effects = self._effects(fitted, [value for _, _, value in derived_values])
+        for index, (definition, settings, derived_value) in enumerate(derived_values):
             of_errors = [(error, *of_each[index]) for error, of_each in effects]
-            yield self._result(definition, wanted, derived_value, of_errors)
+            yield self._result(definition, settings, derived_value, of_errors)
 
     @cached_property
     def fitted(self) -> Fitted:
@@ -178,63 +178,64 @@ class _OneCurve:
 
     def _correlations(self, fitted: Fitted) -> Iterator[str]:
         """Yield the correlation of each pair of parameters that are results (GUM H.3.3)."""
-        named = list(self.settings.results.parameters)
+        parameters = list(self.settings.results.parameters)
         names, covariance = list(fitted.curve.names), fitted.curve.covariance
-        for one, other in combinations(named, 2):
-            i, k = names.index(one), names.index(other)
+        for first, second in combinations(parameters, 2):
+            i, k = names.index(first), names.index(second)
             r = covariance[i, k] / np.sqrt(covariance[i, i] * covariance[k, k])
             if isfinite(r):
                 results = self.settings.results.parameters
-                both = f"{results[one].name} and {results[other].name}"
-                yield f"Correlation of {both}{self._place}: {r:.6f}."
+                names_of_both = f"{results[first].name} and {results[second].name}"
+                yield f"Correlation of {names_of_both}{self._place}: {r:.6f}."
 
     @property
     def _points(self) -> str:
-        of, where = self.settings, self.settings.where.items()
+        settings, where = self.settings, self.settings.where.items()
         at = "".join(f", {name} = {value}" for name, value in (*where, *self.source.place.items()))
-        return f"{SCATTER} of {of.of} over {' and '.join(of.over.values())}{at}"
+        return f"{SCATTER} of {settings.of} over {' and '.join(settings.over.values())}{at}"
 
     @property
     def _place(self) -> str:
-        place = ", ".join(f"{name} = {each}" for name, each in self.source.place.items())
+        place = ", ".join(f"{name} = {value}" for name, value in self.source.place.items())
         return f" at {place}" if place else ""
 
     def _fitted(self, values: Values) -> Fitted:
         return Fitted(values, self.fit(values.points()))
 
-    def _derived(self, fitted: Fitted, wanted: ResultSettings) -> Derived:
-        if isinstance(wanted, ValueAt):
-            return derived.value_at(fitted, wanted, self.settings.at(wanted))
-        if isinstance(wanted, XAt):
-            which = self.settings.results.x_at.index(wanted)
-            return derived.x_at(fitted, wanted, which, self.source.counts[which])
-        if isinstance(wanted, Slope):
-            return derived.slope(fitted, wanted)
-        if isinstance(wanted, Nonlinearity):
-            return derived.nonlinearity(fitted, wanted)
-        if isinstance(wanted, BothWays):
-            at_zero = isinstance(wanted, ZeroReturn)
+    def _derive(self, fitted: Fitted, settings: ResultSettings) -> Derived:
+        if isinstance(settings, ValueAt):
+            return derived.value_at(fitted, settings, self.settings.at(settings))
+        if isinstance(settings, XAt):
+            index = self.settings.results.x_at.index(settings)
+            return derived.x_at(fitted, settings, index, self.source.counts[index])
+        if isinstance(settings, Slope):
+            return derived.slope(fitted, settings)
+        if isinstance(settings, Nonlinearity):
+            return derived.nonlinearity(fitted, settings)
+        if isinstance(settings, BothWays):
+            at_zero = isinstance(settings, ZeroReturn)
             places = self.source.places
-            return derived.both_ways(fitted, wanted, places, self.fit, at_zero=at_zero)
-        name = next(n for n, each in self.settings.results.parameters.items() if each is wanted)
-        self._check_unit(fitted, name, wanted)
+            return derived.both_ways(fitted, settings, places, self.fit, at_zero=at_zero)
+        parameters = self.settings.results.parameters
+        name = next(key for key, parameter in parameters.items() if parameter is settings)
+        self._check_unit(fitted, name, settings)
         return derived.parameter(fitted, name)
 
-    def _check_unit(self, fitted: Fitted, name: str, wanted: ResultSettings) -> None:
+    def _check_unit(self, fitted: Fitted, name: str, settings: ResultSettings) -> None:
         """Raise DataError if a parameter's stated unit does not match the fit's dimension."""
         units = dict(zip(fitted.curve.names, fitted.curve.units, strict=True))
         symbol = units.get(name, "")
-        of_fit = find_unit(symbol)
-        if of_fit is None or symbol == "1":
+        fit_unit = find_unit(symbol)
+        if fit_unit is None or symbol == "1":
             return
-        if unit(wanted.unit).dimension != of_fit.dimension:
+        if unit(settings.unit).dimension != fit_unit.dimension:
             raise DataError(
-                f"{wanted.name} is stated in {wanted.unit}; the parameter '{name}' of the fit is"
-                f" in {symbol}"
+                f"{settings.name} is stated in {settings.unit}; the parameter '{name}' of the fit"
+                f" is in {symbol}"
             )
 
     def _effects(
-        self, fitted: Fitted, found: Sequence[Derived]
+        self, fitted: Fitted, values: Sequence[Derived]
     ) -> list[tuple[_Error | SharedLine, list[tuple[float, float]]]]:
         """Return each error with its greatest effect on each value, upwards and downwards."""
         columns = {self.settings.of: None} | {
@@ -243,100 +244,102 @@ class _OneCurve:
             if name in self.source.errors
         }
         effects: list[tuple[_Error | SharedLine, list[tuple[float, float]]]] = [
-            (line, self._of_line(fitted, found, line)) for line in self.source.lines
+            (line, self._effects_of_line(fitted, values, line)) for line in self.source.lines
         ]
         for channel, errors in self.source.errors.items():
             column = columns[channel]
             step = STEP * float(fitted.values.ranges[0 if column is None else 1 + column])
-            of_each: list[tuple[float, float]] | None = None
+            changes_of_each: list[tuple[float, float]] | None = None
             for error in errors:
                 if error.acts == "each":
-                    if of_each is None:
-                        of_each = self._of_each(fitted, found, column, step)
-                    by_all = of_each
+                    if changes_of_each is None:
+                        changes_of_each = self._effects_of_each(fitted, values, column, step)
+                    changes = changes_of_each
                 else:
                     size = step
                     if error.acts == "gain":  # shifts the largest x by a step
                         largest = 0.0 if column is None else self._largest(column)
                         size = step / largest if largest else STEP
                     read = np.array([count > 0 for count in self.source.counts], np.float64)
-                    which = Which(np.ones(len(fitted.values.y)), read)
-                    by_all = self._of_one(
-                        fitted, found, column, acts=error.acts, size=size, which=which
+                    shares = Shares(np.ones(len(fitted.values.y)), read)
+                    changes = self._changes(
+                        fitted, values, column, acts=error.acts, size=size, shares=shares
                     )
-                effects.append((self._error(channel, column, error), by_all))
-        for channel, error, which in self.source.of_zeros:
+                effects.append((self._error(channel, column, error), changes))
+        for channel, error, shares in self.source.of_zeros:
             column = columns.get(channel)
             step = STEP * float(fitted.values.ranges[0 if column is None else 1 + column])
-            by_all = self._of_one(fitted, found, column, acts=error.acts, size=step, which=which)
-            effects.append((self._error(channel, column, error), by_all))
+            changes = self._changes(
+                fitted, values, column, acts=error.acts, size=step, shares=shares
+            )
+            effects.append((self._error(channel, column, error), changes))
         return effects
 
-    def _of_one(
+    def _changes(
         self,
         fitted: Fitted,
-        found: Sequence[Derived],
+        values: Sequence[Derived],
         column: int | None,
         *,
         acts: str,
         size: float,
-        which: Which,
+        shares: Shares,
     ) -> list[tuple[float, float]]:
         """Return the change of each value, upwards and downwards, by an error of 1."""
-        moved = self._fitted(fitted.values.with_error(column, acts, size, which))
-        by = [_change(one, moved) / size for one in found]
-        return [(max(each, 0.0), max(-each, 0.0)) for each in by]
+        refitted = self._fitted(fitted.values.with_error(column, acts, size, shares))
+        changes = [_change(value, refitted) / size for value in values]
+        return [(max(change, 0.0), max(-change, 0.0)) for change in changes]
 
     def _error(self, channel: str, column: int | None, error: ReadingError) -> _Error:
-        known = self.source.values
-        symbol = known.y_unit if column is None else known.units[column]
+        values = self.source.values
+        symbol = values.y_unit if column is None else values.units[column]
         return _Error(channel, unit_of_errors(symbol), error)
 
     def _largest(self, column: int) -> float:
-        known = self.source.values
-        return float(np.abs(known.x[:, column] + known.origin).max())
+        values = self.source.values
+        return float(np.abs(values.x[:, column] + values.origin).max())
 
-    def _of_line(
-        self, fitted: Fitted, found: Sequence[Derived], line: SharedLine
+    def _effects_of_line(
+        self, fitted: Fitted, values: Sequence[Derived], line: SharedLine
     ) -> list[tuple[float, float]]:
         """Return how much each value rises and falls by one standard uncertainty of a line."""
         if not np.isfinite(line.by).all():  # of an instrument that the register does not have
-            return [(nan, nan)] * len(found)
-        up, down = np.zeros(len(found)), np.zeros(len(found))
+            return [(nan, nan)] * len(values)
+        up, down = np.zeros(len(values)), np.zeros(len(values))
         for rows in (slice(None),) if line.line.shared else fitted.values.rows():
-            points, share = fitted.values.moved_by(line.by, rows)
-            moved = self._fitted(points)
+            points, share = fitted.values.shifted_by(line.by, rows)
+            refitted = self._fitted(points)
             change = _change if line.line.shared else _any_change
-            by = np.array([change(one, moved) / share for one in found])
-            up, down = up + np.maximum(by, 0.0), down + np.maximum(-by, 0.0)
+            changes = np.array([change(value, refitted) / share for value in values])
+            up, down = up + np.maximum(changes, 0.0), down + np.maximum(-changes, 0.0)
         return list(zip(up.tolist(), down.tolist(), strict=True))
 
-    def _of_each(
-        self, fitted: Fitted, found: Sequence[Derived], column: int | None, step: float
+    def _effects_of_each(
+        self, fitted: Fitted, values: Sequence[Derived], column: int | None, step: float
     ) -> list[tuple[float, float]]:
         """Return how much each value changes if all readings that raise it are too high by 1.
 
         The second array is the change if all readings that lower it are too high by 1.
         """
-        up, down = np.zeros(len(found)), np.zeros(len(found))
+        up, down = np.zeros(len(values)), np.zeros(len(values))
         for rows in fitted.values.rows():
-            moved = self._fitted(fitted.values.moved(column, rows, step))
-            by = np.array([_any_change(one, moved) / step for one in found])
-            up, down = up + np.maximum(by, 0.0), down + np.maximum(-by, 0.0)
+            refitted = self._fitted(fitted.values.shifted(column, rows, step))
+            changes = np.array([_any_change(value, refitted) / step for value in values])
+            up, down = up + np.maximum(changes, 0.0), down + np.maximum(-changes, 0.0)
         if column is None:
-            by = np.array([one.by_asked for one in found])
-            up, down = up + np.maximum(by, 0.0), down + np.maximum(-by, 0.0)
+            changes = np.array([value.by_requested_y for value in values])
+            up, down = up + np.maximum(changes, 0.0), down + np.maximum(-changes, 0.0)
         return list(zip(up.tolist(), down.tolist(), strict=True))
 
     def _result(
         self,
         definition: ResultDefinition,
-        wanted: ResultSettings,
+        settings: ResultSettings,
         value: Derived,
         of_errors: Sequence[tuple[_Error | SharedLine, float, float]],
     ) -> MeasurementResult:
         shown = unit(definition.unit)
-        is_level = isinstance(wanted, ValueAt | XAt)
+        is_level = isinstance(settings, ValueAt | XAt)
         number = (value.value - (shown.offset if is_level else 0.0)) / shown.factor
         scatter = value.u / shown.factor
         components = [
@@ -354,7 +357,7 @@ class _OneCurve:
             *(
                 error.of_result(name, effect)
                 for error, up, down in of_errors
-                for name, effect in _named(
+                for name, effect in _line_effects(
                     error,
                     up / shown.factor,
                     down / shown.factor,
@@ -363,9 +366,9 @@ class _OneCurve:
             ),
         ]
         u, dof = combine(components)
-        if any(isnan(each.u) for each in components):
+        if any(isnan(line.u) for line in components):
             u, dof = float("nan"), float("nan")
-        kurtosis = excess_kurtosis(((each.u, each.distribution) for each in components), u)
+        kurtosis = excess_kurtosis(((line.u, line.distribution) for line in components), u)
         return MeasurementResult(
             of=definition,
             estimate=Estimate(number, u, dof, shown.symbol, kurtosis),
@@ -375,21 +378,21 @@ class _OneCurve:
         )
 
 
-def _change(one: Derived, moved: Fitted) -> float:
+def _change(value: Derived, refitted: Fitted) -> float:
     """Return the change of a value; 0 for a rounding error, which depends on the machine."""
-    change = _any_change(one, moved)
-    return 0.0 if abs(change) <= ROUNDING * abs(one.value) else change
+    change = _any_change(value, refitted)
+    return 0.0 if abs(change) <= ROUNDING * abs(value.value) else change
 
 
-def _any_change(one: Derived, moved: Fitted) -> float:
-    return one.again(moved) - one.value
+def _any_change(value: Derived, refitted: Fitted) -> float:
+    return value.recompute(refitted) - value.value
 
 
-def _named(
+def _line_effects(
     error: _Error | SharedLine, up: float, down: float, *, is_difference: bool
 ) -> Iterator[tuple[str, float]]:
     """Yield the lines of an error with their effects, from what raises and lowers a result."""
-    if error.is_one:
+    if error.is_one_error:
         yield error.name, up - down  # its sign counts where it is shared
     elif is_difference:
         # errors of two readings that are independent: a line for each
@@ -413,7 +416,7 @@ class _Error:
         return f"{self.error.name} ({self.error.source})" if self.error.source else self.error.name
 
     @property
-    def is_one(self) -> bool:
+    def is_one_error(self) -> bool:
         """Whether it is the same error of all readings."""
         return self.error.acts != "each"
 
@@ -429,5 +432,5 @@ class _Error:
             unit="1" if self.error.acts == "gain" else self.unit,
             input_u=self.error.u,
             sensitivity=effect,
-            shared=self.is_one,
+            shared=self.is_one_error,
         )

@@ -1,8 +1,8 @@
 """Values derived from a fitted curve, with their uncertainty from the scatter about it.
 
 A value is first derived from the points as measured. This fixes choices such as the place of the
-greatest deviation. Its function `again` then recomputes the value for other points with the same
-choices, which gives the effect of an instrument's error.
+greatest deviation. Its function `recompute` then gives the value for other points with the same
+choices, and so the effect of an instrument's error.
 """
 
 from __future__ import annotations
@@ -99,11 +99,11 @@ class Fitted:
 
     def between(self, low: float, high: float) -> tuple[float, float]:
         """Return the mean slope between two x and its standard uncertainty."""
-        both, width = np.array([low, high]), high - low
-        value, u = self.at(both)
+        ends, width = np.array([low, high]), high - low
+        value, u = self.at(ends)
         spread = u
-        if isinstance(self.curve, Spreading) and self.is_inside(both):
-            spread = np.linalg.norm(np.diff(self.curve.spread(both), axis=0), axis=1)
+        if isinstance(self.curve, Spreading) and self.is_inside(ends):
+            spread = np.linalg.norm(np.diff(self.curve.spread(ends), axis=0), axis=1)
         return float(value[1] - value[0]) / width, float(np.sqrt(np.sum(spread**2))) / width
 
     def is_inside(self, x: Array | Sequence[float]) -> bool:
@@ -122,9 +122,9 @@ class Fitted:
 
     def scatter(self, x: float) -> float:
         """Return the standard deviation of a y at one x: between points, along straight lines."""
-        at, which = np.unique(self.values.x[:, 0], return_inverse=True)
-        mean_square = np.bincount(which, self.scale**2) / np.bincount(which)
-        return self.curve.residual_s * float(np.interp(x, at, np.sqrt(mean_square)))
+        distinct_x, index = np.unique(self.values.x[:, 0], return_inverse=True)
+        mean_square = np.bincount(index, self.scale**2) / np.bincount(index)
+        return self.curve.residual_s * float(np.interp(x, distinct_x, np.sqrt(mean_square)))
 
     def span(self) -> float:
         """Return the difference between the highest and lowest y of the curve at the points.
@@ -146,11 +146,11 @@ class Derived:
     u: float
     """Standard uncertainty, type A."""
     dof: float
-    again: Callable[[Fitted], float]
+    recompute: Callable[[Fitted], float]
     is_difference: bool = False
     """Whether it is a difference of readings of the same instrument at one place."""
-    by_asked: float = 0.0
-    """Its sensitivity to an error of the measured y alone for which x was asked."""
+    by_requested_y: float = 0.0
+    """Its sensitivity to an error of the measured y alone for which x was requested."""
     note: str = ""
 
 
@@ -161,56 +161,56 @@ def parameter(fitted: Fitted, name: str) -> Derived:
         raise DataError(f"the fit has no parameter '{name}'; it has: {', '.join(names)}")
     place = names.index(name)
 
-    def again(other: Fitted) -> float:
+    def recompute(other: Fitted) -> float:
         return float(other.curve.coefficients[place])
 
     u = sqrt(float(fitted.curve.covariance[place, place]))
-    return Derived(again(fitted), u, fitted.curve.dof, again)
+    return Derived(recompute(fitted), u, fitted.curve.dof, recompute)
 
 
-def value_at(fitted: Fitted, told: ValueAt, at: Mapping[str, Quantity]) -> Derived:
+def value_at(fitted: Fitted, settings: ValueAt, at: Mapping[str, Quantity]) -> Derived:
     """Return the curve at a place; raise OutOfRangeError outside the points, unless allowed."""
     x = np.array([at[name].si - fitted.values.origin for name in fitted.values.names])
     inside = fitted.is_inside(x)
-    where = ", ".join(map(str, at.values()))
-    if not inside and not told.extrapolate:
+    place = ", ".join(map(str, at.values()))
+    if not inside and not settings.extrapolate:
         hint = "measure there, or say 'extrapolate: yes'"
-        raise OutOfRangeError(f"{where} is outside the points, {_range(fitted, at)}: {hint}")
+        raise OutOfRangeError(f"{place} is outside the points, {_range(fitted, at)}: {hint}")
     if not inside and not isinstance(fitted.curve, Extrapolating):
-        raise OutOfRangeError(f"{where} is outside the points, and this fit gives nothing there")
+        raise OutOfRangeError(f"{place} is outside the points, and this fit gives nothing there")
     row = x[None, :] if len(x) > 1 else x
 
-    def again(other: Fitted) -> float:
+    def recompute(other: Fitted) -> float:
         return float(other.at(row)[0][0])
 
     u = float(fitted.at(row)[1][0])
     note = "" if inside else (
-        f"{where} is outside the points, {_range(fitted, at)}: the uncertainty is that of the"
+        f"{place} is outside the points, {_range(fitted, at)}: the uncertainty is that of the"
         " coefficients, if the curve holds there"
     )  # fmt: skip
-    return Derived(again(fitted), u, fitted.curve.dof, again, note=note)
+    return Derived(recompute(fitted), u, fitted.curve.dof, recompute, note=note)
 
 
-def x_at(fitted: Fitted, told: XAt, which: int, count: int) -> Derived:
+def x_at(fitted: Fitted, settings: XAt, index: int, count: int) -> Derived:
     """Return the x at which the curve reaches y; raise OutOfRangeError for no or several solutions.
 
     First order: u(x)² = (u(curve)² + s²/m) / slope², with m readings of y (Draper and Smith,
     Applied Regression Analysis, 3rd edition, 3.2).
     """
-    y = float(fitted.values.asked[which])
+    y = float(fitted.values.requested_y[index])
     if isnan(y):
-        there = ", ".join(f"{name} = {value}" for name, value in told.where.items())
-        raise OutOfRangeError(f"{fitted.values.y_name} was not measured at {there}")
+        condition = ", ".join(f"{name} = {value}" for name, value in settings.where.items())
+        raise OutOfRangeError(f"{fitted.values.y_name} was not measured at {condition}")
     grid = np.linspace(*fitted.ends, GRID + 1)
-    off = fitted.at(grid)[0] - y
-    scale = EDGE * max(float(np.ptp(off)), 1e-300)
+    residuals = fitted.at(grid)[0] - y
+    scale = EDGE * max(float(np.ptp(residuals)), 1e-300)
     # A root on a grid step counts once: rounding must not make two changes of sign of it, or
     # none.
-    off[np.abs(off) <= scale] = 0.0
-    roots = [float(x) for x in grid[off == 0]]
+    residuals[np.abs(residuals) <= scale] = 0.0
+    roots = [float(x) for x in grid[residuals == 0]]
     roots += [
         float(brentq(lambda x: fitted.y(x) - y, grid[i], grid[i + 1]))
-        for i in np.flatnonzero(off[:-1] * off[1:] < 0)
+        for i in np.flatnonzero(residuals[:-1] * residuals[1:] < 0)
     ]
     shown = f"{from_si(y, _shown(fitted.values.y_unit)):.6g} {_shown(fitted.values.y_unit)}"
     if not roots:
@@ -220,73 +220,79 @@ def x_at(fitted: Fitted, told: XAt, which: int, count: int) -> Derived:
     (x,) = roots
     slope, u_slope = fitted.slope(x)
     if abs(slope) <= CERTAIN * u_slope:
-        raise OutOfRangeError(f"the slope of the curve at the value {shown} is not told from zero")
+        raise OutOfRangeError(
+            f"the slope of the curve at the value {shown} is not significantly different from zero"
+        )
     s = fitted.scatter(x) / sqrt(count) if count else 0.0
     g = (CERTAIN * u_slope / slope) ** 2
     note = f"(2 u/slope)² is {g:.2g}: the interval is only nearly symmetric" if g > LINEAR else ""
 
-    def again(other: Fitted) -> float:
-        moved = other.values.asked[which] - other.y(x)
-        return x + fitted.values.origin + float(moved) / slope
+    def recompute(other: Fitted) -> float:
+        difference = other.values.requested_y[index] - other.y(x)
+        return x + fitted.values.origin + float(difference) / slope
 
     u = hypot(float(fitted.at(x)[1][0]), s) / abs(slope)
+    by_y = 1 / slope if count else 0.0
     return Derived(
-        again(fitted), u, fitted.curve.dof, again, by_asked=1 / slope if count else 0.0, note=note
+        recompute(fitted), u, fitted.curve.dof, recompute, by_requested_y=by_y, note=note
     )
 
 
-def slope(fitted: Fitted, told: Slope) -> Derived:
+def slope(fitted: Fitted, settings: Slope) -> Derived:
     """Return the slope at a place, or the mean slope; raise OutOfRangeError outside the points."""
-    if told.at is None:
+    if settings.at is None:
         low, high = fitted.ends
 
-        def again(other: Fitted) -> float:
+        def recompute(other: Fitted) -> float:
             return other.between(low, high)[0]
 
-        return Derived(again(fitted), fitted.between(low, high)[1], fitted.curve.dof, again)
-    x = told.at.si - fitted.values.origin
+        return Derived(recompute(fitted), fitted.between(low, high)[1], fitted.curve.dof, recompute)
+    at = settings.at
+    x = at.si - fitted.values.origin
     if not fitted.is_inside([x]):
-        raise OutOfRangeError(f"{told.at} is outside the points, {_range(fitted, {'': told.at})}")
+        raise OutOfRangeError(f"{at} is outside the points, {_range(fitted, {'': at})}")
 
-    def there(other: Fitted) -> float:
+    def recompute_at(other: Fitted) -> float:
         return other.slope(x)[0]
 
-    return Derived(there(fitted), fitted.slope(x)[1], fitted.curve.dof, there)
+    return Derived(recompute_at(fitted), fitted.slope(x)[1], fitted.curve.dof, recompute_at)
 
 
-def nonlinearity(fitted: Fitted, told: Nonlinearity) -> Derived:
+def nonlinearity(fitted: Fitted, settings: Nonlinearity) -> Derived:
     """Return the greatest deviation of the mean at each x from the least-squares line."""
     x = fitted.values.x[:, 0]
     clusters = same_x(fitted.values, np.zeros(len(x)))
     if len(clusters) <= 2:  # noqa: PLR2004  (a line goes through two)
-        raise DataError(f"{told.name} needs values at three different x; there are {len(clusters)}")
+        raise DataError(
+            f"{settings.name} needs values at three different x; there are {len(clusters)}"
+        )
 
     def deviations(other: Fitted) -> Array:
-        at, y = other.values.x[:, 0], other.values.y
-        steepness, constant = np.polyfit(at - at.mean(), y, 1)
-        off: Array = y - constant - steepness * (at - at.mean())
-        return off
+        x, y = other.values.x[:, 0], other.values.y
+        steepness, constant = np.polyfit(x - x.mean(), y, 1)
+        return np.asarray(y - constant - steepness * (x - x.mean()))
 
-    off = deviations(fitted)
-    rows = max(clusters, key=lambda each: abs(off[each].mean()))
-    sign = 1.0 if off[rows].mean() >= 0 else -1.0
+    measured = deviations(fitted)
+    rows = max(clusters, key=lambda cluster: abs(measured[cluster].mean()))
+    sign = 1.0 if measured[rows].mean() >= 0 else -1.0
     from_middle = x - x.mean()
     # How much each y enters the mean deviation: the line takes away its constant and its slope.
     weights = -1 / len(x) - from_middle[rows].mean() * from_middle / sum(from_middle**2)
     weights[rows] += 1 / len(rows)
     s, dof = fitted.curve.residual_s, fitted.curve.dof
 
-    def again(other: Fitted) -> float:
+    def recompute(other: Fitted) -> float:
         deviation = float(deviations(other)[rows].mean())
-        return sign * deviation / (other.span() if told.of_span else 1.0)
+        return sign * deviation / (other.span() if settings.of_span else 1.0)
 
-    u = s * float(np.linalg.norm(weights * fitted.scale)) / (fitted.span() if told.of_span else 1.0)
-    return Derived(again(fitted), u, dof, again)
+    span = fitted.span() if settings.of_span else 1.0
+    u = s * float(np.linalg.norm(weights * fitted.scale)) / span
+    return Derived(recompute(fitted), u, dof, recompute)
 
 
 def both_ways(
     fitted: Fitted,
-    told: BothWays,
+    settings: BothWays,
     places: Sequence[Mapping[str, CoordinateValue]],
     fit: Fit,
     *,
@@ -298,34 +304,36 @@ def both_ways(
     repeated values, or else the scatter about one curve per direction. With one curve for both
     directions, the hysteresis itself would count as scatter.
     """
-    x, way = fitted.values.x[:, 0], _ways(told, places)
+    x, ways = fitted.values.x[:, 0], _directions(settings, places)
     clusters = [
-        (each[way[each] == 0], each[way[each] == 1])
-        for each in same_x(fitted.values, way)
-        if {0, 1} <= set(way[each].tolist())
+        (rows[ways[rows] == 0], rows[ways[rows] == 1])
+        for rows in same_x(fitted.values, ways)
+        if {0, 1} <= set(ways[rows].tolist())
     ]
     if not clusters:
-        rising, falling = told.ways
+        rising, falling = settings.ways
         raise DataError(
-            f"{told.name}: at no x was there both {told.label} = {rising} and {falling}"
+            f"{settings.name}: at no x was there both {settings.label} = {rising} and {falling}"
         )
 
-    off = _residuals(fitted)
-    differences = [off[falling].mean() - off[rising].mean() for rising, falling in clusters]
+    residuals = _residuals(fitted)
+    differences = [
+        residuals[falling].mean() - residuals[rising].mean() for rising, falling in clusters
+    ]
     sizes = [-abs(float(x[r].mean() + fitted.values.origin)) for r, _ in clusters]
     which = int(np.argmax(sizes if at_zero else np.abs(differences)))
     sign = 1.0 if at_zero or differences[which] >= 0 else -1.0
     rising, falling = clusters[which]
-    s, dof = _repeatability(fitted, clusters) or _about_each_way(fitted, way, fit)
+    s, dof = _repeatability(fitted, clusters) or _about_each_way(fitted, ways, fit)
 
-    def again(other: Fitted) -> float:
-        off = _residuals(other)
-        difference = float(off[falling].mean() - off[rising].mean())
-        return sign * difference / (other.span() if told.of_span else 1.0)
+    def recompute(other: Fitted) -> float:
+        residuals = _residuals(other)
+        difference = float(residuals[falling].mean() - residuals[rising].mean())
+        return sign * difference / (other.span() if settings.of_span else 1.0)
 
-    parts = [float(np.sum(fitted.scale[rows] ** 2)) / len(rows) ** 2 for rows in (rising, falling)]
-    u = s * sqrt(sum(parts)) / (fitted.span() if told.of_span else 1.0)
-    return Derived(again(fitted), u, dof, again, is_difference=True)
+    shares = [float(np.sum(fitted.scale[rows] ** 2)) / len(rows) ** 2 for rows in (rising, falling)]
+    u = s * sqrt(sum(shares)) / (fitted.span() if settings.of_span else 1.0)
+    return Derived(recompute(fitted), u, dof, recompute, is_difference=True)
 
 
 def _residuals(fitted: Fitted) -> Array:
@@ -333,7 +341,7 @@ def _residuals(fitted: Fitted) -> Array:
     return fitted.values.y - fitted.at(fitted.values.x[:, 0])[0]
 
 
-def same_x(values: Values, way: Array) -> list[Array]:
+def same_x(values: Values, directions: Array) -> list[Array]:
     """Return which points were taken at the same x, sorted from the lowest x.
 
     They are within `SAME_X` of the range of x. Set-points that differ in one way (n,) were meant to
@@ -342,7 +350,7 @@ def same_x(values: Values, way: Array) -> list[Array]:
     x = values.x[:, 0]
     width = SAME_X * float(np.ptp(x))
     if values.is_set:
-        steps = [np.diff(np.sort(x[way == each])) for each in np.unique(way)]
+        steps = [np.diff(np.sort(x[directions == way])) for way in np.unique(directions)]
         width = min([width, *(step / 2 for step in np.concatenate(steps) if step > EDGE * width)])
     order = np.argsort(x, kind="stable")
     lowest, starts = x[order], [0]
@@ -351,58 +359,59 @@ def same_x(values: Values, way: Array) -> list[Array]:
     return np.split(order, starts[1:])
 
 
-def _ways(told: BothWays, places: Sequence[Mapping[str, CoordinateValue]]) -> Array:
+def _directions(settings: BothWays, places: Sequence[Mapping[str, CoordinateValue]]) -> Array:
     """Return 0 for each point with rising x, 1 for falling, -1 otherwise, shape (n,)."""
-    found = [
-        next((i for i, way in enumerate(told.ways)
-              if told.label in place and matches(way, place[told.label])), -1)
+    ways = [
+        next((i for i, value in enumerate(settings.ways)
+              if settings.label in place and matches(value, place[settings.label])), -1)
         for place in places
     ]  # fmt: skip
-    return np.array(found)
+    return np.array(ways)
 
 
 def _repeatability(
     fitted: Fitted, clusters: Sequence[tuple[Array, Array]]
 ) -> tuple[float, float] | None:
     """Return the standard deviation of repeated values at one x, over their scale; or None."""
-    off = _residuals(fitted) / fitted.scale
-    same = [each for both in clusters for each in both if len(each) > 1]
-    dof = float(sum(len(each) - 1 for each in same))
+    residuals = _residuals(fitted) / fitted.scale
+    repeated = [rows for cluster in clusters for rows in cluster if len(rows) > 1]
+    dof = float(sum(len(rows) - 1 for rows in repeated))
     if not dof:
         return None
-    squares = sum(float(np.sum((off[each] - off[each].mean()) ** 2)) for each in same)
+    deviations = [residuals[rows] - residuals[rows].mean() for rows in repeated]
+    squares = sum(float(np.sum(deviation**2)) for deviation in deviations)
     return sqrt(squares / dof), dof
 
 
-def _about_each_way(fitted: Fitted, way: Array, fit: Fit) -> tuple[float, float]:
+def _about_each_way(fitted: Fitted, directions: Array, fit: Fit) -> tuple[float, float]:
     """Return the pooled scatter about one curve per direction, over its scale, or about one."""
-    ways = [way == each for each in (0, 1)]
+    ways = [directions == direction for direction in (0, 1)]
     try:
-        curves = [fit(fitted.values.chosen(rows).points()) for rows in ways]
+        curves = [fit(fitted.values.subset(rows).points()) for rows in ways]
     except DataError:
         curves = []
-    if not curves or any(each.dof <= 0 for each in curves):
+    if not curves or any(curve.dof <= 0 for curve in curves):
         return fitted.curve.residual_s, fitted.curve.dof
-    apart = [
-        Fitted(fitted.values.chosen(rows), each) for rows, each in zip(ways, curves, strict=True)
+    fitted_ways = [
+        Fitted(fitted.values.subset(rows), curve) for rows, curve in zip(ways, curves, strict=True)
     ]
     # Its weights are of mean 1 among those of its way alone.
     s = [
-        each.curve.residual_s * float(np.mean(each.scale / fitted.scale[rows]))
-        for rows, each in zip(ways, apart, strict=True)
+        fitted_way.curve.residual_s * float(np.mean(fitted_way.scale / fitted.scale[rows]))
+        for rows, fitted_way in zip(ways, fitted_ways, strict=True)
     ]
-    dof = sum(each.dof for each in curves)
-    squares = sum(each.dof * of_way**2 for each, of_way in zip(curves, s, strict=True))
+    dof = sum(curve.dof for curve in curves)
+    squares = sum(curve.dof * s_way**2 for curve, s_way in zip(curves, s, strict=True))
     return sqrt(squares / dof), dof
 
 
 def _range(fitted: Fitted, at: Mapping[str, Quantity]) -> str:
     """Return the range of each regressor, in the unit of the requested value."""
     return " and ".join(
-        f"{from_si(float(column.min()) + fitted.values.origin, wanted.unit.symbol):.6g} to "
-        f"{from_si(float(column.max()) + fitted.values.origin, wanted.unit.symbol):.6g} "
-        f"{wanted.unit.symbol}"
-        for column, wanted in zip(fitted.values.x.T, at.values(), strict=True)
+        f"{from_si(float(column.min()) + fitted.values.origin, requested.unit.symbol):.6g} to "
+        f"{from_si(float(column.max()) + fitted.values.origin, requested.unit.symbol):.6g} "
+        f"{requested.unit.symbol}"
+        for column, requested in zip(fitted.values.x.T, at.values(), strict=True)
     )
 
 

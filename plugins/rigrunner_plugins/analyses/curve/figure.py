@@ -31,11 +31,11 @@ def figures_of(fitted: Fitted, of: str, x: str, y: str, place: str) -> tuple[Fig
     at = _numbers(values.x[:, 0] + values.origin, x_unit)
     over = _numbers(grid + values.origin, x_unit)
     band = k * u / unit(y_unit).factor
-    left = (values.y - fitted.at(values.x[:, 0])[0]) / unit(y_unit).factor
-    along = Axis(x, x_unit)
+    residual_values = (values.y - fitted.at(values.x[:, 0])[0]) / unit(y_unit).factor
+    x_axis = Axis(x, x_unit)
     curve = Figure(
         title=f"{y} over {x}{place}",
-        x=along,
+        x=x_axis,
         y=Axis(y, y_unit),
         series=(
             Series.over(over, _numbers(line, y_unit), "curve", "line", U=band),
@@ -46,11 +46,11 @@ def figures_of(fitted: Fitted, of: str, x: str, y: str, place: str) -> tuple[Fig
     )
     residuals = Figure(
         title=f"residuals of {y}{place}",
-        x=along,
+        x=x_axis,
         y=Axis("residual", "K" if y_unit == "°C" else y_unit),
         series=(
             Series.over(over, [0.0] * SAMPLES, "curve", "line", U=band),
-            Series.over(at, left, "residuals"),
+            Series.over(at, residual_values, "residuals"),
         ),
         of=of,
         caption=f"Residuals of {y} over {x}{place}, within the curve's 95 % band.",

@@ -49,7 +49,7 @@ class Parameter:
         if self.value and not PLAIN[0] <= abs(self.value) < PLAIN[1]:
             digits = max(decimals + floor(log10(abs(self.value))), 0)
             number, _, power = f"{self.value:.{digits}e}".partition("e")
-            number = f"{number} {TIMES} 10{_raised(int(power))}"
+            number = f"{number} {TIMES} 10{_superscript(int(power))}"
         else:
             number = f"{round(self.value, decimals):.{max(decimals, 0)}f}"
         shown = f"{number.replace('-', MINUS)} {self.unit}".rstrip()
@@ -73,7 +73,7 @@ def mathematics(
 def _formulas(fitted: Fitted, settings: CurveSettings, of: str) -> tuple[Formula, ...]:
     """Return the curve with the names of its parameters, and with their values; or nothing."""
     _, _, right = fitted.curve.formula.partition(" = ")
-    text = _POWER.sub(lambda found: f"**{found[0].translate(_TO_DIGITS)}", right).replace("·", "*")
+    text = _POWER.sub(lambda match: f"**{match[0].translate(_TO_DIGITS)}", right).replace("·", "*")
     names = set(fitted.curve.names)
     try:
         regressors = parse_any(text).names() - names
@@ -84,16 +84,16 @@ def _formulas(fitted: Fitted, settings: CurveSettings, of: str) -> tuple[Formula
     quantities = {}
     if len(settings.over) == 1 and len(regressors) == 1:
         (x,), values = regressors, fitted.values
-        named = next(iter(settings.over.values())).rpartition(".")[2]
-        named = x if named in names | RESERVED | {_ORIGIN} else named
+        x_name = next(iter(settings.over.values())).rpartition(".")[2]
+        x_name = x if x_name in names | RESERVED | {_ORIGIN} else x_name
         if values.origin:
             quantities[_ORIGIN] = f"{from_si(values.origin, values.shown[0]):.6g} {values.shown[0]}"
-        moved = f"({named} - {_ORIGIN})" if values.origin else named
-        text = re.sub(rf"\b{re.escape(x)}\b", moved, text)
+        shifted = f"({x_name} - {_ORIGIN})" if values.origin else x_name
+        text = re.sub(rf"\b{re.escape(x)}\b", shifted, text)
     symbol = settings.of.rpartition(".")[2]
     by_name = Formula(of=of, symbol=symbol, text=text, quantities=quantities, is_curve=True)
-    found = {each.name: each.text for each in parameters_of(fitted, settings)}
-    return by_name, replace(by_name, quantities=quantities | found)
+    texts = {parameter.name: parameter.text for parameter in parameters_of(fitted, settings)}
+    return by_name, replace(by_name, quantities=quantities | texts)
 
 
 def parameters_of(fitted: Fitted, settings: CurveSettings) -> Iterator[Parameter]:
@@ -101,11 +101,11 @@ def parameters_of(fitted: Fitted, settings: CurveSettings) -> Iterator[Parameter
     curve = fitted.curve
     powers = _powers(fitted)
     for place, name in enumerate(curve.names):
-        stated = settings.results.parameters.get(name)
+        result = settings.results.parameters.get(name)
         si = curve.units[place]
         symbol, factor = ("" if si == "1" else si), 1.0
-        if stated is not None:
-            symbol, factor = stated.unit, unit(stated.unit).factor
+        if result is not None:
+            symbol, factor = result.unit, unit(result.unit).factor
         elif si in powers:
             symbol, factor = powers[si]
         u = sqrt(float(curve.covariance[place, place]))
@@ -118,46 +118,46 @@ def _powers(fitted: Fitted) -> dict[str, tuple[str, float]]:
     values = fitted.values
     points = values.points()
     y, factor = _of_differences(values.y_shown)
-    found = {points.y_unit: (y, factor)}
+    powers = {points.y_unit: (y, factor)}
     if len(values.names) == 1 and points.x_unit:
-        symbol, of_x = _of_differences(values.shown[0])
+        symbol, x_factor = _of_differences(values.shown[0])
         for power in range(1, MOST_POWERS):
-            exponent = "" if power == 1 else _raised(power)
+            exponent = "" if power == 1 else _superscript(power)
             over = f"({symbol})" if {"·", "/"} & set(symbol) else symbol
-            found[f"{points.y_unit}/{points.x_unit}{exponent}"] = (
+            powers[f"{points.y_unit}/{points.x_unit}{exponent}"] = (
                 f"{y or 1}/{over}{exponent}",
-                factor / of_x**power,
+                factor / x_factor**power,
             )
-    return found
+    return powers
 
 
-def _raised(power: int) -> str:
+def _superscript(power: int) -> str:
     return str(power).translate(_TO_SUPERSCRIPTS)
 
 
 def _of_differences(symbol: str) -> tuple[str, float]:
     """Return a unit for differences, with its factor: K for temperatures, '' for numbers."""
-    shown = unit(symbol)
-    if shown.offset:
+    unit_ = unit(symbol)
+    if unit_.offset:
         return "K", 1.0
-    return ("" if symbol == "1" else symbol), shown.factor
+    return ("" if symbol == "1" else symbol), unit_.factor
 
 
 def _table(curves: Sequence[tuple[str, Fitted]], settings: CurveSettings, of: str) -> Table:
-    found = [(place, each) for place, one in curves for each in parameters_of(one, settings)]
-    apart = len(curves) > 1
+    has_several = len(curves) > 1
     return Table(
         of=of,
         title="Parameters of the fit, with u from the scatter about the curve",
-        columns=(*(("where",) if apart else ()), "", "estimate", "u", "unit"),
+        columns=(*(("where",) if has_several else ()), "", "estimate", "u", "unit"),
         rows=tuple(
-            (*((place,) if apart else ()), each.name, *_shown(each), each.unit)
-            for place, each in found
+            (*((place,) if has_several else ()), parameter.name, *_shown(parameter), parameter.unit)
+            for place, fitted in curves
+            for parameter in parameters_of(fitted, settings)
         ),
     )
 
 
-def _shown(each: Parameter) -> tuple[float | str, float | str]:
-    if not (isfinite(each.u) and each.u > 0):
-        return each.value, "none" if each.u == 0 else "unknown"
-    return round(each.value, places(each.u, 3)), float(f"{each.u:.3g}")
+def _shown(parameter: Parameter) -> tuple[float | str, float | str]:
+    if not (isfinite(parameter.u) and parameter.u > 0):
+        return parameter.value, "none" if parameter.u == 0 else "unknown"
+    return round(parameter.value, places(parameter.u, 3)), float(f"{parameter.u:.3g}")

@@ -28,25 +28,27 @@ _Point = tuple[MeasurementResult, *tuple[MeasurementResult | None, ...]]
 
 
 def sources_of_results(
-    run: RunData, settings: CurveSettings, known: Sequence[ResultPlace]
+    run: RunData, settings: CurveSettings, results: Sequence[ResultPlace]
 ) -> Iterator[Source]:
     """Yield the points of each curve; raise DataError if there are none.
 
-    `known` are the results of other analyses, also those without a value somewhere.
+    `results` are the results of other analyses, also those without a value somewhere.
     """
-    at = {(each.name, _key(each)): each for each in known}
+    result_at = {(result.name, _key(result)): result for result in results}
     groups: dict[tuple[CoordinateValue, ...], list[_Point]] = {}
     missing: dict[tuple[CoordinateValue, ...], list[str]] = {}
-    for y in known:
+    for y in results:
         if y.name != settings.of or not is_at(settings.where, y.coordinates):
             continue
-        here = tuple(y.coordinates[name].usual for name in settings.per)
-        x = {name: at.get((name, _key(y))) for name in settings.x_results}
-        valued = {n: each for n, each in x.items() if isinstance(each, MeasurementResult)}
-        if isinstance(y, MeasurementResult) and len(valued) == len(x):
-            groups.setdefault(here, []).append((y, *map(valued.get, settings.over.values())))
+        place = tuple(y.coordinates[name].usual for name in settings.per)
+        x = {name: result_at.get((name, _key(y))) for name in settings.x_results}
+        x_values = {
+            name: result for name, result in x.items() if isinstance(result, MeasurementResult)
+        }
+        if isinstance(y, MeasurementResult) and len(x_values) == len(x):
+            groups.setdefault(place, []).append((y, *map(x_values.get, settings.over.values())))
         else:
-            missing.setdefault(here, []).append(y.place)
+            missing.setdefault(place, []).append(y.place)
     if not groups:
         where = ", ".join(f"{name} = {value}" for name, value in settings.where.items())
         raise DataError(
@@ -54,53 +56,53 @@ def sources_of_results(
             f"{f' at {where}' if where else ''}",
             hint="the curve needs them at the same places",
         )
-    for here, points in groups.items():
-        yield _source(run, settings, points, tuple(missing.get(here, ())))
+    for place, points in groups.items():
+        yield _source(run, settings, points, tuple(missing.get(place, ())))
 
 
-def _key(of: ResultPlace) -> frozenset[tuple[str, CoordinateValue]]:
-    return frozenset((name, each.usual) for name, each in of.coordinates.items())
+def _key(result: ResultPlace) -> frozenset[tuple[str, CoordinateValue]]:
+    return frozenset((name, coordinate.usual) for name, coordinate in result.coordinates.items())
 
 
 def _source(
     run: RunData, settings: CurveSettings, points: Sequence[_Point], left_out: tuple[str, ...]
 ) -> Source:
     first, names = points[0], tuple(settings.over.values())
-    shown = [
+    symbols = [
         first[0].coordinates[name].unit or "1" if x is None else x.of.unit
         for name, x in zip(names, first[1:], strict=True)
     ]
-    columns = [[_x(each, column, name) for each in points] for column, name in enumerate(names, 1)]
-    x, stated = np.array(columns, np.float64).T, first[0].of.unit
-    units = tuple(si_symbol(unit(symbol).dimension) for symbol in shown)
+    columns = [[_x(point, i, name) for point in points] for i, name in enumerate(names, 1)]
+    x, y_unit = np.array(columns, np.float64).T, first[0].of.unit
+    units = tuple(si_symbol(unit(symbol).dimension) for symbol in symbols)
     origin = origin_of(settings, units)
-    lines, own, dof, own_x = shared_lines(
+    lines, u_y, dof, u_x = shared_lines(
         [
-            [*_of_result(each[0]), *_of_x(run, each[1:], names, units, row)]
-            for each, row in zip(points, x, strict=True)
+            [*_of_result(point[0]), *_of_x(run, point[1:], names, units, row)]
+            for point, row in zip(points, x, strict=True)
         ]
     )
     values = Values(
         x - origin,
-        np.array([_si(each[0].estimate.value, stated) for each in points]),
-        own if (own > 0).all() else None,
+        np.array([_si(point[0].estimate.value, y_unit) for point in points]),
+        u_y if (u_y > 0).all() else None,
         dof,
-        np.array([each.y.si for each in settings.results.x_at if each.y is not None]),
+        np.array([result.y.si for result in settings.results.x_at if result.y is not None]),
         origin,
         tuple(settings.over),
         units,
-        si_symbol(unit(stated).dimension),
+        si_symbol(unit(y_unit).dimension),
         settings.of,
-        tuple(shown),
-        stated,
+        tuple(symbols),
+        y_unit,
         is_set=not settings.x_results,
-        u_x=own_x if len(names) == 1 else None,
+        u_x=u_x if len(names) == 1 else None,
     )
     return Source(
         place={name: first[0].coordinates[name] for name in settings.per},
         values=values,
-        places=tuple(each[0].coordinates for each in points),
-        counts=(0,) * len(values.asked),
+        places=tuple(point[0].coordinates for point in points),
+        counts=(0,) * len(values.requested_y),
         errors={},
         of_zeros=(),
         exact=tuple(name for name in names if "." in name and name not in run.instruments),
@@ -120,8 +122,8 @@ def _x(point: _Point, column: int, name: str) -> float:
 
 
 def _si(value: float, symbol: str) -> float:
-    known = unit(symbol)
-    return value * known.factor + known.offset
+    unit_ = unit(symbol)
+    return value * unit_.factor + unit_.offset
 
 
 def _of_x(

@@ -41,12 +41,12 @@ MOST_MOVED = 500
 """Up to this number, points are shifted one by one to find their effects; above it, in groups."""
 
 
-class Which(NamedTuple):
+class Shares(NamedTuple):
     """How much of an error each value has: 1 for all of it."""
 
     points: Array
     """Shape (n,)."""
-    asked: Array
+    requested_y: Array
     """Of the requested y, which are from the same instrument as y, shape (m,)."""
 
 
@@ -62,7 +62,7 @@ class Values:
     """Standard uncertainty of each y from the scatter in its recording, shape (n,)."""
     dof_y: Array | None
     """Its degrees of freedom, shape (n,), of a known `u_y`."""
-    asked: Array
+    requested_y: Array
     """Values of y for which x is requested, shape (m,); nan for one that was not measured."""
     origin: float
     names: tuple[str, ...]
@@ -81,39 +81,40 @@ class Values:
 
     def points(self) -> Points:
         """Return the points in the form that a fit takes."""
-        several = len(self.names) > 1
+        has_several_x = len(self.names) > 1
         return Points(
-            self.x if several else self.x[:, 0],
+            self.x if has_several_x else self.x[:, 0],
             self.y,
             self.u_y,
-            x_unit="" if several or self.units[0] == "1" else _divisor(self.units[0]),
+            x_unit="" if has_several_x or self.units[0] == "1" else _divisor(self.units[0]),
             y_unit="" if self.y_unit == "1" else self.y_unit,
-            regressors=self.names if several else (),
+            regressors=self.names if has_several_x else (),
             x_name=self.names[0].rpartition(".")[2],
             y_name=self.y_name.rpartition(".")[2],
             dof_y=self.dof_y,
             u_x=self.u_x,
         )
 
-    def with_error(self, column: int | None, acts: str, size: float, which: Which) -> Values:
+    def with_error(self, column: int | None, acts: str, size: float, shares: Shares) -> Values:
         """Return the values with a gain or an offset in y (`column` None) or in a column of x."""
-        points, asked = size * which.points, size * which.asked
+        points, requested = size * shares.points, size * shares.requested_y
         if column is None:
             y = self.y * (1 + points) if acts == "gain" else self.y + points
-            moved = self.asked * (1 + asked) if acts == "gain" else self.asked + asked
-            return replace(self, y=y, asked=moved)
+            old = self.requested_y
+            new = old * (1 + requested) if acts == "gain" else old + requested
+            return replace(self, y=y, requested_y=new)
         x = self.x.copy()
         x[:, column] += points * (x[:, column] + self.origin) if acts == "gain" else points
         return replace(self, x=x)
 
-    def chosen(self, rows: Array) -> Values:
+    def subset(self, rows: Array) -> Values:
         """Return some of the points; `rows` is a mask, shape (n,)."""
         u_y, dof_y, u_x = (
-            None if each is None else each[rows] for each in (self.u_y, self.dof_y, self.u_x)
+            None if array is None else array[rows] for array in (self.u_y, self.dof_y, self.u_x)
         )
         return replace(self, x=self.x[rows], y=self.y[rows], u_y=u_y, dof_y=dof_y, u_x=u_x)
 
-    def moved(self, column: int | None, rows: Array, size: float) -> Values:
+    def shifted(self, column: int | None, rows: Array, size: float) -> Values:
         """Return the values with some y, or some x of a column, increased by a shift."""
         if column is None:
             y = self.y.copy()
@@ -123,15 +124,15 @@ class Values:
         x[rows, column] += size
         return replace(self, x=x)
 
-    def moved_by(self, by: Array, rows: Array | slice) -> tuple[Values, float]:
+    def shifted_by(self, by: Array, rows: Array | slice) -> tuple[Values, float]:
         """Return the values with some rows moved by a share of `by`, and that share.
 
         `by` is the change of y and of each column of x, shape (1 + k, n).
         """
-        of = np.vstack([self.y, self.x.T])
+        moved = np.vstack([self.y, self.x.T])
         share = STEP / float((np.abs(by).max(axis=1) / self.ranges).max())
-        of[:, rows] += share * by[:, rows]
-        return replace(self, y=of[0], x=of[1:].T), share
+        moved[:, rows] += share * by[:, rows]
+        return replace(self, y=moved[0], x=moved[1:].T), share
 
     @property
     def ranges(self) -> Array:
@@ -140,12 +141,12 @@ class Values:
         Of a y that hardly changes, such as 10 MHz within 1 Hz, the shift must change more than its
         last digits.
         """
-        found = np.ptp(np.vstack([self.y, self.x.T]), axis=1)
-        least = LEAST_RANGE * float(np.abs(self.y).max())
-        found[1:] *= np.clip(least / found[0], 1.0, MOST_WIDENED) if found[0] else 1.0
-        found[0] = max(found[0], least)
-        found[found == 0] = 1.0
-        return np.asarray(found)
+        ranges = np.ptp(np.vstack([self.y, self.x.T]), axis=1)
+        least_y = LEAST_RANGE * float(np.abs(self.y).max())
+        ranges[1:] *= np.clip(least_y / ranges[0], 1.0, MOST_WIDENED) if ranges[0] else 1.0
+        ranges[0] = max(ranges[0], least_y)
+        ranges[ranges == 0] = 1.0
+        return np.asarray(ranges)
 
     def rows(self) -> Sequence[Array]:
         """Return which points are shifted together; each one alone if there are few."""
@@ -166,7 +167,7 @@ class Source:
     """The number of readings that each requested y is the mean of; 0 for an exact value."""
     errors: Mapping[str, tuple[ReadingError, ...]]
     """The possible errors of the readings of y, and of each x that has errors."""
-    of_zeros: tuple[tuple[str, ReadingError, Which], ...]
+    of_zeros: tuple[tuple[str, ReadingError, Shares], ...]
     """The errors of zeros, each with its channel and what it was subtracted from."""
     exact: tuple[str, ...]
     """Set-points that are not in the register, taken as exact."""
@@ -193,43 +194,43 @@ def sources(run: RunData, settings: CurveSettings) -> Iterator[Source]:
     for part in chosen:
         key = tuple(coordinate_of(part, name).usual for name in settings.per)
         groups.setdefault(key, []).append(part)
-    for found in groups.values():
-        place = {name: found[0].place[name] for name in settings.per}
-        keys = {name: each.usual for name, each in place.items()}
-        also = [
+    for curve_parts in groups.values():
+        place = {name: curve_parts[0].place[name] for name in settings.per}
+        keys = {name: coordinate.usual for name, coordinate in place.items()}
+        all_parts = [
             part
             for part in measured
             if all(
                 name in part.place and part.place[name].usual == key for name, key in keys.items()
             )
         ]
-        yield _source(run, settings, place, found, also)
+        yield _source(run, settings, place, curve_parts, all_parts)
 
 
 def _source(
     run: RunData,
     settings: CurveSettings,
     place: Mapping[str, CoordinateValue],
-    found: Sequence[Part],
-    also: Sequence[Part],
+    parts: Sequence[Part],
+    all_parts: Sequence[Part],
 ) -> Source:
-    columns = [[_x(part, source, settings.statistic) for part in found]
+    columns = [[_x(part, source, settings.statistic) for part in parts]
                for source in settings.over.values()]  # fmt: skip
-    units = [_unit(found[0], source) for source in settings.over.values()]
+    units = [_unit(parts[0], source) for source in settings.over.values()]
     origin = origin_of(settings, units)
     x = np.array(columns, np.float64).T - origin
-    y = np.array([_statistic(part, settings.of, settings.statistic) for part in found])
-    asked, counts = _asked(settings, also)
+    y = np.array([_statistic(part, settings.of, settings.statistic) for part in parts])
+    requested_y, counts = _requested_y(settings, all_parts)
     values = Values(
-        x, y, *_scatter(run, found, settings.of, settings), asked, origin, tuple(settings.over),
-        tuple(units),
-        found[0].units[settings.of], settings.of,
-        tuple(_shown(found[0], source) for source in settings.over.values()),
-        _shown(found[0], settings.of),
-        is_set=not any(name in found[0].values for name in settings.over.values()),
-        u_x=_scatter_of_x(run, found, settings),
+        x, y, *_scatter(run, parts, settings.of, settings), requested_y, origin,
+        tuple(settings.over), tuple(units),
+        parts[0].units[settings.of], settings.of,
+        tuple(_shown(parts[0], source) for source in settings.over.values()),
+        _shown(parts[0], settings.of),
+        is_set=not any(name in parts[0].values for name in settings.over.values()),
+        u_x=_scatter_of_x(run, parts, settings),
     )  # fmt: skip
-    measured = asked[np.array(counts, int) > 0]
+    measured = requested_y[np.array(counts, int) > 0]
     if not (np.isfinite(x).all() and np.isfinite(y).all() and np.isfinite(measured).all()):
         raise DataError(f"{settings.of} over {', '.join(settings.over.values())}: a value is not a"
                         " finite number")  # fmt: skip
@@ -237,22 +238,22 @@ def _source(
     largest |= {
         source: float(np.abs(column + origin).max())
         for source, column in zip(settings.over.values(), x.T, strict=True)
-        if source in found[0].values or ("." in source and source in run.instruments)
+        if source in parts[0].values or ("." in source and source in run.instruments)
     }
     return Source(
         place=place,
         values=values,
-        places=tuple(part.place for part in found),
+        places=tuple(part.place for part in parts),
         counts=counts,
         errors={name: run.reading_errors(name, most) for name, most in largest.items()},
-        of_zeros=tuple(_of_zeros(run, settings, found, also)),
-        exact=tuple(n for n in settings.over.values() if n not in largest and "." in n),
+        of_zeros=tuple(_of_zeros(run, settings, parts, all_parts)),
+        exact=tuple(name for name in settings.over.values() if name not in largest and "." in name),
     )
 
 
 def _of_zeros(
-    run: RunData, settings: CurveSettings, found: Sequence[Part], also: Sequence[Part]
-) -> Iterator[tuple[str, ReadingError, Which]]:
+    run: RunData, settings: CurveSettings, parts: Sequence[Part], all_parts: Sequence[Part]
+) -> Iterator[tuple[str, ReadingError, Shares]]:
     """Yield the error of each zero that several points have, or a requested y.
 
     Of one point alone it is part of the scatter about the curve.
@@ -260,19 +261,21 @@ def _of_zeros(
     for channel in dict.fromkeys((settings.of, *settings.over.values())):
         if channel == settings.of and settings.statistic == "range":
             continue
-        zeros = [part.zeros.get(channel, nan) for part in found]
-        asked = [
-            [part.zeros.get(channel, nan) for part in also if is_at(each.where, part.place)]
-            if each.where and channel == settings.of
+        zeros = [part.zeros.get(channel, nan) for part in parts]
+        zeros_of_requested = [
+            [part.zeros.get(channel, nan) for part in all_parts if is_at(result.where, part.place)]
+            if result.where and channel == settings.of
             else []
-            for each in settings.results.x_at
+            for result in settings.results.x_at
         ]
-        for zero in sorted({*zeros, *chain(*asked)}):
+        for zero in sorted({*zeros, *chain(*zeros_of_requested)}):
             error = run.zero_error(channel, zero)
-            shares = [each.count(zero) / len(each) if each else 0.0 for each in asked]
+            shares = [
+                group.count(zero) / len(group) if group else 0.0 for group in zeros_of_requested
+            ]
             if error is not None and (zeros.count(zero) > 1 or any(shares)):
-                which = Which(np.equal(zeros, zero).astype(np.float64), np.array(shares))
-                yield channel, error, which
+                affected = Shares(np.equal(zeros, zero).astype(np.float64), np.array(shares))
+                yield channel, error, affected
 
 
 def origin_of(settings: CurveSettings, units: Sequence[str]) -> float:
@@ -289,21 +292,21 @@ def _divisor(unit_text: str) -> str:
     return f"({unit_text})" if "·" in unit_text else unit_text
 
 
-def _asked(settings: CurveSettings, found: Sequence[Part]) -> tuple[Array, tuple[int, ...]]:
-    asked, counts = [], []
-    for each in settings.results.x_at:
-        if each.y is not None:
-            asked.append(each.y.si)
-            counts.append(each.readings or 0)
+def _requested_y(settings: CurveSettings, parts: Sequence[Part]) -> tuple[Array, tuple[int, ...]]:
+    requested_y, counts = [], []
+    for result in settings.results.x_at:
+        if result.y is not None:
+            requested_y.append(result.y.si)
+            counts.append(result.readings or 0)
             continue
-        there = [
+        readings = [
             _statistic(part, settings.of, settings.statistic)
-            for part in found
-            if is_at(each.where, part.place)
+            for part in parts
+            if is_at(result.where, part.place)
         ]
-        asked.append(float(np.mean(there)) if there else nan)
-        counts.append(len(there))
-    return np.array(asked), tuple(counts)
+        requested_y.append(float(np.mean(readings)) if readings else nan)
+        counts.append(len(readings))
+    return np.array(requested_y), tuple(counts)
 
 
 def _x(part: Part, source: str, statistic: str) -> float:
@@ -337,29 +340,29 @@ def _statistic(part: Part, name: str, statistic: str) -> float:
     return STATISTICS[statistic].value(_series(part, name))
 
 
-def _scatter_of_x(run: RunData, found: Sequence[Part], settings: CurveSettings) -> Array | None:
+def _scatter_of_x(run: RunData, parts: Sequence[Part], settings: CurveSettings) -> Array | None:
     names = list(settings.over.values())
-    if len(names) > 1 or names[0] not in found[0].values:
+    if len(names) > 1 or names[0] not in parts[0].values:
         return None
-    return _scatter(run, found, names[0], settings)[0]
+    return _scatter(run, parts, names[0], settings)[0]
 
 
 def _scatter(
-    run: RunData, found: Sequence[Part], of: str, settings: CurveSettings
+    run: RunData, parts: Sequence[Part], channel: str, settings: CurveSettings
 ) -> tuple[Array | None, Array | None]:
     """Return u of each value from the scatter in its recording, and its dof; None without.
 
     With that of a zero which it has alone.
     """
-    scatter = [STATISTICS[settings.statistic].scatter(_series(part, of)) for part in found]
-    known = [each for each in scatter if each is not None]
-    if len(known) < len(found):
+    scatters = [STATISTICS[settings.statistic].scatter(_series(part, channel)) for part in parts]
+    known_scatters = [scatter for scatter in scatters if scatter is not None]
+    if len(known_scatters) < len(parts):
         return None, None
-    u, dof = np.array(known).T
-    zeros = [part.zeros.get(of, nan) for part in found]
+    u, dof = np.array(known_scatters).T
+    zeros = [part.zeros.get(channel, nan) for part in parts]
     for i, zero in enumerate(zeros):
-        error = run.zero_error(of, zero) if zeros.count(zero) == 1 else None
+        error = run.zero_error(channel, zero) if zeros.count(zero) == 1 else None
         if error is not None:
-            both = hypot(u[i], error.u)  # Welch and Satterthwaite (GUM G.4.1)
-            u[i], dof[i] = both, both**4 / (u[i] ** 4 / dof[i] + error.u**4 / error.dof)
+            total = hypot(u[i], error.u)  # Welch and Satterthwaite (GUM G.4.1)
+            u[i], dof[i] = total, total**4 / (u[i] ** 4 / dof[i] + error.u**4 / error.dof)
     return u, dof

@@ -41,6 +41,7 @@ if TYPE_CHECKING:
 
     from rigrunner.api import Objection, Quantity, ResultDefinition
 
+_Path = tuple[str | int, ...]
 _KEY = f"^{NAME}([.]{NAME}){{0,2}}$"
 BOTH_WAYS = 2
 """Number of directions of a hysteresis: rising and falling."""
@@ -185,14 +186,14 @@ class CurveResults(Settings):
             raise ValueError(f"no result is named; there are: {', '.join(type(self).model_fields)}")
         return self
 
-    def all_of(self) -> Iterator[tuple[tuple[str | int, ...], ResultSettings]]:
+    def all_of(self) -> Iterator[tuple[_Path, ResultSettings]]:
         """Yield each result with its key."""
-        for name, each in self.parameters.items():
-            yield ("parameters", name), each
+        for name, result in self.parameters.items():
+            yield ("parameters", name), result
         for key in type(self).model_fields:
-            several = () if key == "parameters" else getattr(self, key)
-            for index, each in enumerate(several):
-                yield ((key, index) if len(several) > 1 else (key,)), each
+            results = () if key == "parameters" else getattr(self, key)
+            for index, result in enumerate(results):
+                yield ((key, index) if len(results) > 1 else (key,)), result
 
 
 class CurveSettings(Settings):
@@ -228,22 +229,22 @@ class CurveSettings(Settings):
     def _fits_together(self) -> Self:
         if len(self.over) > 1:
             results = self.results
-            alone = (results.x_at, results.slope, results.nonlinearity, results.hysteresis,
+            for_one_x = (results.x_at, results.slope, results.nonlinearity, results.hysteresis,
                      results.zero_return)  # fmt: skip
-            if any(alone) or self.reference is not None:
+            if any(for_one_x) or self.reference is not None:
                 raise ValueError(
                     "with several regressors only 'parameters' and 'value' are known; "
                     "'reference' needs one regressor too"
                 )
-        for each in self.results.value:
-            if isinstance(each.at, Mapping) and set(each.at) != set(self.over):
-                raise ValueError(f"'at' of {each.name} needs a value for {', '.join(self.over)}")
-            if not isinstance(each.at, Mapping) and len(self.over) > 1:
-                raise ValueError(f"'at' of {each.name} is a mapping: {', '.join(self.over)}")
+        for value in self.results.value:
+            if isinstance(value.at, Mapping) and set(value.at) != set(self.over):
+                raise ValueError(f"'at' of {value.name} needs a value for {', '.join(self.over)}")
+            if not isinstance(value.at, Mapping) and len(self.over) > 1:
+                raise ValueError(f"'at' of {value.name} is a mapping: {', '.join(self.over)}")
         if self.is_of_results:
             if self.statistic != "mean" or self.table is not None:
                 raise ValueError(f"'statistic' and 'table' belong to a channel; {self.of} is none")
-            if any(each.where or each.readings for each in self.results.x_at):
+            if any(x_at.where or x_at.readings for x_at in self.results.x_at):
                 raise ValueError(f"'x_at' of a result, such as {self.of}, needs a fixed 'y' alone")
         return self
 
@@ -265,14 +266,14 @@ class CurveSettings(Settings):
 
     def yields(self) -> tuple[ResultDefinition, ...]:
         """Return the results, in the order of the settings."""
-        return tuple(each.definition(self.per) for _, each in self.results.all_of())
+        return tuple(result.definition(self.per) for _, result in self.results.all_of())
 
     def requires(self) -> Requirements:
         """Return the channels and coordinates to read, and the range that x must cover."""
-        names = tuple(each.name for _, each in self.results.all_of())
-        several = len(self.over) > 1
-        set_x = {name: each for name, each in self.over.items() if each not in self.x_results}
-        ways = [(key, each) for key, each in self.results.all_of() if isinstance(each, BothWays)]
+        names = tuple(result.name for _, result in self.results.all_of())
+        has_several_x = len(self.over) > 1
+        set_x = {name: source for name, source in self.over.items() if source not in self.x_results}
+        ways = [(key, way) for key, way in self.results.all_of() if isinstance(way, BothWays)]
         channels = (
             *(
                 ()
@@ -282,38 +283,38 @@ class CurveSettings(Settings):
             *(
                 NeededChannel(
                     name=source,
-                    key=("over", name) if several else ("over",),
+                    key=("over", name) if has_several_x else ("over",),
                     enters=names,
                     or_coordinate=True,
                     spans=self._span(name),
-                    x_of="" if several else "fit",
+                    x_of="" if has_several_x else "fit",
                 )
                 for name, source in set_x.items()
             ),
             *(
                 NeededChannel(
-                    name=each.label,
+                    name=way.label,
                     key=("results", *key, "between"),
                     or_coordinate=True,
-                    values=each.ways,
+                    values=way.ways,
                     shared=next(iter(set_x.values()), ""),
                     within=SAME_X,
                 )
-                for key, each in ways
+                for key, way in ways
             ),
         )
-        labels = [each.label for _, each in ways]
-        apart = tuple(dict.fromkeys((*set_x.values(), *labels, *self.per, *self.where)))
+        labels = [way.label for _, way in ways]
+        coordinates = tuple(dict.fromkeys((*set_x.values(), *labels, *self.per, *self.where)))
         results = (
             *(
-                (NeededResult(name=self.of, key=("of",), for_each=apart),)
+                (NeededResult(name=self.of, key=("of",), for_each=coordinates),)
                 if self.is_of_results
                 else ()
             ),
             *(
                 NeededResult(
                     name=source,
-                    key=("over", name) if several else ("over",),
+                    key=("over", name) if has_several_x else ("over",),
                     for_each_of=self.of,
                 )
                 for name, source in self.over.items()
@@ -324,98 +325,98 @@ class CurveSettings(Settings):
 
     def _span(self, regressor: str) -> tuple[float, float] | None:
         """Return the least and the greatest requested x; None if none is requested."""
-        at = [self.at(each)[regressor].si for each in self.results.value if not each.extrapolate]
+        at = [self.at(value)[regressor].si for value in self.results.value if not value.extrapolate]
         return (min(at), max(at)) if at else None
 
     def objections(self, units: Mapping[str, str]) -> Iterator[Objection]:
         """Yield an error for each setting that does not fit the units of y and x; '' is no unit."""
-        units = {name: _coherent(each) for name, each in units.items()}  # results have their own
+        # results have their own
+        units = {name: _coherent(symbol) for name, symbol in units.items()}
         is_difference = is_spread(self.of, self.statistic)
         y = units[self.of]
-        apart = unit_of_errors(y)
-        y = apart if is_difference else y
+        error_unit = unit_of_errors(y)
+        y = error_unit if is_difference else y
         x = {name: units[source] or "1" for name, source in self.over.items()}
         only_x = next(iter(x.values()))
-        yield from _other(("reference",), self.reference, only_x)
+        yield from _misfit_of_quantity(("reference",), self.reference, only_x)
         yield from self._unlike_fit(units)
         yield from unlike_rms(self.of, self.statistic, unit(units[self.of]).dimension)
-        for key, each in self.results.all_of():
-            at: tuple[str | int, ...] = ("results", *key)
-            if isinstance(each, ValueAt):
-                for name, value in self.at(each).items():
-                    inner = (name,) if isinstance(each.at, Mapping) else ()
-                    yield from _other((*at, "at", *inner), value, x[name])
-                yield from _stated(at, each, y, difference=is_difference)
-            elif isinstance(each, XAt):
-                yield from _other((*at, "y"), each.y, y)
-                yield from _stated(at, each, only_x)
-            elif isinstance(each, Slope):
-                yield from _other((*at, "at"), each.at, only_x)
-                yield from _sloping(at, each, y, only_x)
-            elif isinstance(each, Deviation):
-                yield from _stated(at, each, "1" if each.of_span else apart, difference=True)
+        for key, result in self.results.all_of():
+            path: _Path = ("results", *key)
+            if isinstance(result, ValueAt):
+                for name, value in self.at(result).items():
+                    subkey = (name,) if isinstance(result.at, Mapping) else ()
+                    yield from _misfit_of_quantity((*path, "at", *subkey), value, x[name])
+                yield from _misfit_of_unit(path, result, y, difference=is_difference)
+            elif isinstance(result, XAt):
+                yield from _misfit_of_quantity((*path, "y"), result.y, y)
+                yield from _misfit_of_unit(path, result, only_x)
+            elif isinstance(result, Slope):
+                yield from _misfit_of_quantity((*path, "at"), result.at, only_x)
+                yield from _misfit_of_slope(path, result, y, only_x)
+            elif isinstance(result, Deviation):
+                expected = "1" if result.of_span else error_unit
+                yield from _misfit_of_unit(path, result, expected, difference=True)
 
     def _unlike_fit(self, units: Mapping[str, str]) -> Iterator[Objection]:
         """Yield an error for each parameter that the fit does not have, or has in another unit."""
-        for name, each in self.results.parameters.items():
-            if unit(each.unit).offset:  # which parameter is a temperature only the fit knows
-                symbol = si_symbol(unit(each.unit).dimension)
-                hint = f"write {symbol}; the curve at an x is a 'value', in {each.unit} too"
-                message = f"got '{each.unit}', and a parameter may be a difference"
+        for name, result in self.results.parameters.items():
+            if unit(result.unit).offset:  # which parameter is a temperature only the fit knows
+                symbol = si_symbol(unit(result.unit).dimension)
+                hint = f"write {symbol}; the curve at an x is a 'value', in {result.unit} too"
+                message = f"got '{result.unit}', and a parameter may be a difference"
                 yield ("results", "parameters", name, "unit"), message, hint
         names = [key.removeprefix("fit.") for key in units if key.startswith("fit.")]
-        for name, each in self.results.parameters.items() if names else ():
-            at = ("results", "parameters", name)
+        for name, result in self.results.parameters.items() if names else ():
+            path = ("results", "parameters", name)
             if name not in names:
                 hint = did_you_mean(name, names, f"it has: {', '.join(names)}")
-                yield at, f"the fit has no parameter '{name}'", hint
+                yield path, f"the fit has no parameter '{name}'", hint
                 continue
             symbol = units[f"fit.{name}"]
-            wanted = unit(symbol or each.unit).dimension
-            given = unit(each.unit).dimension
-            if given != wanted and symbol != "1":
-                told = (
-                    f"got '{each.unit}', {with_article(given)}; the fit begins with it in {symbol}"
+            fit_dimension = unit(symbol or result.unit).dimension
+            dimension = unit(result.unit).dimension
+            if dimension != fit_dimension and symbol != "1":
+                message = (
+                    f"got '{result.unit}', {with_article(dimension)}; the fit begins with it in"
+                    f" {symbol}, {with_article(fit_dimension)}"
                 )
-                yield (*at, "unit"), f"{told}, {with_article(wanted)}", ""
+                yield (*path, "unit"), message, ""
 
 
 def _coherent(symbol: str) -> str:
-    known = find_unit(symbol)
-    return symbol if known is None else si_symbol(known.dimension)
+    unit_ = find_unit(symbol)
+    return symbol if unit_ is None else si_symbol(unit_.dimension)
 
 
-def _other(key: tuple[str | int, ...], given: Quantity | None, si: str) -> Iterator[Objection]:
-    wanted = unit(si).dimension
-    if given is not None and given.dimension != wanted:
-        yield (
-            key,
-            f"got '{given}', {with_article(given.dimension)}; expected {with_article(wanted)}",
-            "",
-        )
+def _misfit_of_quantity(key: _Path, quantity: Quantity | None, si: str) -> Iterator[Objection]:
+    dimension = unit(si).dimension
+    if quantity is not None and quantity.dimension != dimension:
+        got, expected = with_article(quantity.dimension), with_article(dimension)
+        yield key, f"got '{quantity}', {got}; expected {expected}", ""
 
 
-def _sloping(at: tuple[str | int, ...], result: Slope, y: str, x: str) -> Iterator[Objection]:
+def _misfit_of_slope(path: _Path, result: Slope, y: str, x: str) -> Iterator[Objection]:
     try:
-        yield from _stated(at, result, quotient(y, x))
+        yield from _misfit_of_unit(path, result, quotient(y, x))
     except QuantityError as error:
-        yield (*at, "unit"), error.message, error.hint
+        yield (*path, "unit"), error.message, error.hint
 
 
-def _stated(
-    at: tuple[str | int, ...], result: Any, si: str, *, difference: bool = False
+def _misfit_of_unit(
+    path: _Path, result: Any, si: str, *, difference: bool = False
 ) -> Iterator[Objection]:
-    given, wanted = unit(result.unit), unit(si)
-    if given.dimension != wanted.dimension:
-        symbol = "%" if wanted.symbol == "1" else wanted.symbol
+    stated, expected = unit(result.unit), unit(si)
+    if stated.dimension != expected.dimension:
+        symbol = "%" if expected.symbol == "1" else expected.symbol
         hint = f"write a unit such as {symbol}"
-        if isinstance(result, Deviation) and given.dimension == unit("1").dimension:
+        if isinstance(result, Deviation) and stated.dimension == unit("1").dimension:
             hint += ", or 'of_span: yes' for a share of the span"
         message = (
-            f"got '{result.unit}', {with_article(given.dimension)}; it is"
-            f" {with_article(wanted.dimension)}"
+            f"got '{result.unit}', {with_article(stated.dimension)}; it is"
+            f" {with_article(expected.dimension)}"
         )
-        yield (*at, "unit"), message, hint
-    elif difference and given.offset:
+        yield (*path, "unit"), message, hint
+    elif difference and stated.offset:
         message = f"got '{result.unit}', and the result is a difference of temperatures"
-        yield (*at, "unit"), message, "write K"
+        yield (*path, "unit"), message, "write K"

@@ -35,18 +35,18 @@ class SharedLine:
         return self.line.name
 
     @property
-    def is_one(self) -> bool:
+    def is_one_error(self) -> bool:
         """Whether it is the same error at all points."""
         return self.line.shared
 
     def of_result(self, name: str, effect: float) -> Component:
         """Return a line of a result's budget from what one standard uncertainty changes it by."""
-        of = self.line
-        if isnan(of.input_u):  # it differs from point to point: the input is one of it at each
-            of = replace(of, value=nan, unit="1", input_u=1.0)
+        line = self.line
+        if isnan(line.input_u):  # it differs from point to point: the input is one of it at each
+            line = replace(line, value=nan, unit="1", input_u=1.0)
         # What was one error at a place is a sum of those of all points.
         return replace(
-            of, name=name, u=abs(effect), sensitivity=effect / of.input_u, at_place=False
+            line, name=name, u=abs(effect), sensitivity=effect / line.input_u, at_place=False
         )
 
 
@@ -57,8 +57,8 @@ def shared_lines(
 
     `points` has for each point the budget of y and of each x; u of each line is in SI.
     """
-    found: dict[tuple[str, str, str, float | None], SharedLine] = {}
-    own, spread, own_x = np.zeros((3, len(points)))
+    lines: dict[tuple[str, str, str, float | None], SharedLine] = {}
+    u_y, welch_sum, u_x = np.zeros((3, len(points)))
     for i, point in enumerate(points):
         for row, budget in enumerate(point):
             for line in budget:
@@ -66,29 +66,29 @@ def shared_lines(
                     continue
                 if line.common:
                     value = line.value if isfinite(line.value) else None
-                    several = found.setdefault(
+                    shared = lines.setdefault(
                         (line.name, line.unit, line.distribution, value),
-                        SharedLine(_alike(line), np.zeros((len(point), len(points)))),
+                        SharedLine(_as_shared(line), np.zeros((len(point), len(points)))),
                     )
-                    several.by[row, i] += -line.u if line.sensitivity < 0 else line.u
+                    shared.by[row, i] += -line.u if line.sensitivity < 0 else line.u
                     # Its size may be that at one reading: a share of it, a row of a certificate.
-                    same = several.line.input_u == line.input_u
-                    several.line = replace(
-                        several.line,
-                        input_u=line.input_u if same else nan,
-                        dof=min(several.line.dof, line.dof),
+                    is_same_size = shared.line.input_u == line.input_u
+                    shared.line = replace(
+                        shared.line,
+                        input_u=line.input_u if is_same_size else nan,
+                        dof=min(shared.line.dof, line.dof),
                     )
                 elif row:  # it takes the point off the curve, as residuals show
-                    own_x[i] = hypot(own_x[i], line.u)
+                    u_x[i] = hypot(u_x[i], line.u)
                 else:
-                    own[i] = hypot(own[i], line.u)
-                    spread[i] += line.u**4 / line.dof  # Welch and Satterthwaite (GUM G.4.1)
+                    u_y[i] = hypot(u_y[i], line.u)
+                    welch_sum[i] += line.u**4 / line.dof  # Welch and Satterthwaite (GUM G.4.1)
     dof = np.full(len(points), inf)
-    np.divide(own**4, spread, out=dof, where=spread > 0)
-    return tuple(found.values()), own, dof, own_x
+    np.divide(u_y**4, welch_sum, out=dof, where=welch_sum > 0)
+    return tuple(lines.values()), u_y, dof, u_x
 
 
-def _alike(line: Component) -> Component:
+def _as_shared(line: Component) -> Component:
     """Return a line as points share it; one without a sign may be another error at each point."""
     if isfinite(line.sensitivity) and not (isnan(line.value) and line.sensitivity == 1):
         return line

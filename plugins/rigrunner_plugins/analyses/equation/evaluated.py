@@ -35,10 +35,10 @@ class Trial:
     u: float
     low: float
     high: float
-    held: float
+    coverage: float
     """The share of trials within y ± U."""
-    held_if_straight: float
-    """The same share for the model's tangent; the difference to `held` is due to curvature."""
+    coverage_if_linear: float
+    """The same share for the model's tangent; the difference to `coverage` is due to curvature."""
     lost: int
     """The number of trials that gave no finite number."""
 
@@ -65,18 +65,18 @@ class Evaluated:
             for model in (self.model, self._tangent)
         )
         good = np.sort(values[np.isfinite(values)])
-        reach = expanded(estimate)
+        expanded_u = expanded(estimate)
         if len(good) < TRIALS / 2:  # most are lost: the others show no interval
-            held = float(np.mean(np.abs(straight - estimate.value) <= reach))
-            return Trial(nan, nan, nan, nan, 0.0, held, TRIALS - len(good))
+            coverage = float(np.mean(np.abs(straight - estimate.value) <= expanded_u))
+            return Trial(nan, nan, nan, nan, 0.0, coverage, TRIALS - len(good))
         interval = symmetric(good, 0.95)
         return Trial(
             mean=float(good.mean()),
             u=float(good.std(ddof=1)),
             low=interval.low,
             high=interval.high,
-            held=float(np.sum(np.abs(good - estimate.value) <= reach)) / TRIALS,
-            held_if_straight=float(np.mean(np.abs(straight - estimate.value) <= reach)),
+            coverage=float(np.sum(np.abs(good - estimate.value) <= expanded_u)) / TRIALS,
+            coverage_if_linear=float(np.mean(np.abs(straight - estimate.value) <= expanded_u)),
             lost=TRIALS - len(good),
         )
 
@@ -85,19 +85,20 @@ class Evaluated:
         """The first-order model of the same inputs."""
         slopes = sensitivities(self.model)
         effects = tuple(
-            ToFirstOrder(each, float(c)) for each, c in zip(self.model.inputs, slopes, strict=True)
+            ToFirstOrder(input_, float(c))
+            for input_, c in zip(self.model.inputs, slopes, strict=True)
         )
         return replace(self.model, equation=Corrected(self.model.value, effects))
 
 
-def names_of(found: Sequence[Evaluated]) -> list[str]:
+def names_of(results: Sequence[Evaluated]) -> list[str]:
     """Return the names of results without repetition."""
-    return list(dict.fromkeys(each.result.name for each in found))
+    return list(dict.fromkeys(evaluated.result.name for evaluated in results))
 
 
-def tried(found: Sequence[Evaluated]) -> list[Evaluated]:
+def to_try(results: Sequence[Evaluated]) -> list[Evaluated]:
     """Return the results to check by Monte Carlo: all, or some spread evenly."""
-    if len(found) <= MOST_TRIED:
-        return list(found)
-    places = np.linspace(0, len(found) - 1, MOST_TRIED).round().astype(int)
-    return [found[place] for place in places]
+    if len(results) <= MOST_TRIED:
+        return list(results)
+    places = np.linspace(0, len(results) - 1, MOST_TRIED).round().astype(int)
+    return [results[place] for place in places]

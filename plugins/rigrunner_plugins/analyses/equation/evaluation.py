@@ -23,9 +23,10 @@ from rigrunner_plugins.analyses.equation.evaluated import (
     Evaluated,
     Trial,
     names_of,
-    tried,
+    to_try,
 )
-from rigrunner_plugins.analyses.equation.model import SEVERAL, CorrelationError, inputs_of
+from rigrunner_plugins.analyses.equation.inputs import SEVERAL, CorrelationError
+from rigrunner_plugins.analyses.equation.model import inputs_of
 from rigrunner_plugins.analyses.equation.results import (
     groups_of_results,
     missing_results,
@@ -39,7 +40,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
 
     from rigrunner.api import Estimate, MeasurementModel, ResultDefinition, RunData
-    from rigrunner_plugins.analyses.equation.model import Inputs
+    from rigrunner_plugins.analyses.equation.inputs import Inputs
     from rigrunner_plugins.analyses.equation.settings import EquationSettings
     from rigrunner_plugins.analyses.settings import ResultSettings
     from rigrunner_plugins.analyses.sources import Group
@@ -67,16 +68,16 @@ class EquationAnalysis:
     ) -> Findings:
         """Return the results at each place; where the model has no value, which one and why."""
         settings = self.settings
-        names = [each.of for each in settings.channels.values()]
-        read = [name for name in names if is_read(run, name)]
-        set_points = [name for name in names if name not in read]
+        names = [channel.of for channel in settings.channels.values()]
+        channels = [name for name in names if is_read(run, name)]
+        set_points = [name for name in names if name not in channels]
         others = (*results, *missing)
-        if lacking := missing_results(others, settings):
-            return Findings(checks=(lacking,))
-        found = (
+        if missing_check := missing_results(others, settings):
+            return Findings(checks=(missing_check,))
+        place_groups = (
             groups(
                 run,
-                read,
+                channels,
                 set_points=set_points,
                 per=settings.per,
                 where=settings.where,
@@ -86,17 +87,17 @@ class EquationAnalysis:
             else groups_of_results(others, settings)
         )
         definitions = settings.yields()
-        evaluated = [self._at(run, others, group, definitions) for group in found]
-        by_place = [[each for each in at if isinstance(each, Evaluated)] for at in evaluated]
-        by_name = [each for at in zip(*evaluated, strict=True) for each in at]
-        order = [each for each in by_name if isinstance(each, Evaluated)]
-        of_results = {each.name: si_symbol(unit(each.of.unit).dimension) for each in others}
+        rows = [self._evaluate_place(run, others, group, definitions) for group in place_groups]
+        by_place = [[result for result in row if isinstance(result, Evaluated)] for row in rows]
+        by_name = [result for row in zip(*rows, strict=True) for result in row]
+        ordered = [result for result in by_name if isinstance(result, Evaluated)]
+        result_units = {result.name: si_symbol(unit(result.of.unit).dimension) for result in others}
         return Findings(
-            results=tuple(each.result for each in order),
-            missing=tuple(each for each in by_name if isinstance(each, MissingResult)),
-            checks=tuple(_checks(order)),
+            results=tuple(evaluated.result for evaluated in ordered),
+            missing=tuple(result for result in by_name if isinstance(result, MissingResult)),
+            checks=tuple(_checks(ordered)),
             notes=(
-                *_notes(settings, order),
+                *_notes(settings, ordered),
                 *(
                     f"{name} counts as exact: the register has no entry for it."
                     for name in set_points
@@ -105,18 +106,18 @@ class EquationAnalysis:
             ),
             formulas=tuple(formulas(settings)),
             tables=(
-                *tables(settings, by_place, {**found[0].units, **of_results}),
+                *tables(settings, by_place, {**place_groups[0].units, **result_units}),
                 *(
                     table
-                    for name in names_of(order)
+                    for name in names_of(ordered)
                     for table in both_methods(
-                        tried([each for each in order if each.result.name == name])
+                        to_try([result for result in ordered if result.result.name == name])
                     )
                 ),
             ),
         )
 
-    def _at(
+    def _evaluate_place(
         self,
         run: RunData,
         others: Sequence[ResultPlace],
@@ -128,29 +129,29 @@ class EquationAnalysis:
             inputs = inputs_of(run, self.settings, group, results)
         except CorrelationError as error:
             return [
-                MissingResult(of=each, coordinates=group.place, why=str(error))
-                for each in definitions
+                MissingResult(of=definition, coordinates=group.place, why=str(error))
+                for definition in definitions
             ]
-        read = [len(group.times_s)] if self.settings.channels else []
-        known = [each for each in results.values() if isinstance(each, MeasurementResult)]
-        readings = min([*read, *(each.readings for each in known)], default=0)
+        counts = [len(group.times_s)] if self.settings.channels else []
+        valued = [result for result in results.values() if isinstance(result, MeasurementResult)]
+        readings = min([*counts, *(result.readings for result in valued)], default=0)
         return [
-            self._evaluated(inputs, told, definition, group, readings)
-            for told, definition in zip(self.settings.all_results, definitions, strict=True)
+            self._evaluate(inputs, result, definition, group, readings)
+            for result, definition in zip(self.settings.all_results, definitions, strict=True)
         ]
 
-    def _evaluated(
+    def _evaluate(
         self,
         inputs: Inputs,
-        told: ResultSettings,
+        result_settings: ResultSettings,
         definition: ResultDefinition,
         group: Group,
         readings: int,
     ) -> Evaluated | MissingResult:
-        tree = inputs.tree(self.settings, told)
+        tree = inputs.tree(self.settings, result_settings)
         model = inputs.model(tree)
         if not isfinite(model.value):
-            part = tree.undefined({each.name: np.array(each.value) for each in model.inputs})
+            part = tree.undefined({input_.name: np.array(input_.value) for input_ in model.inputs})
             source = self.settings.from_results.get(part)
             why = (
                 f"'{part}' gives no finite number"
@@ -159,8 +160,8 @@ class EquationAnalysis:
             )
             return MissingResult(of=definition, coordinates=group.place, why=why)
         steep = [
-            each.name
-            for each, slope in zip(model.inputs, sensitivities(model), strict=True)
+            input_.name
+            for input_, slope in zip(model.inputs, sensitivities(model), strict=True)
             if not isfinite(slope)
         ]
         if steep:
@@ -170,16 +171,17 @@ class EquationAnalysis:
             )
             return MissingResult(of=definition, coordinates=group.place, why=why)
         try:
-            found = propagate(model)
+            propagated = propagate(model)
         except ValueError as error:
             raise DataError(f"{definition.name}: {error}") from error
         components = tuple(
-            inputs.marked(_in_unit(model, each, definition.unit)) for each in found.components
+            inputs.with_sharing(_in_unit(model, component, definition.unit))
+            for component in propagated.components
         )
-        estimate = replace(found.estimate, unit=definition.unit)
+        estimate = replace(propagated.estimate, unit=definition.unit)
         added = 0.0
         if self.settings.second_order is not False and not isnan(estimate.u):
-            added = self._added(added_variance(model, tree), estimate)
+            added = self._second_order_variance(added_variance(model, tree), estimate)
         if added > 0:
             estimate = _widened(estimate, added)
             u, symbol = sqrt(added), definition.unit
@@ -192,19 +194,19 @@ class EquationAnalysis:
             coordinates=group.place,
             readings=readings,
         )
-        return Evaluated(result, model, found.estimate.u, added)
+        return Evaluated(result, model, propagated.estimate.u, added)
 
-    def _added(self, added: float, estimate: Estimate) -> float:
+    def _second_order_variance(self, added: float, estimate: Estimate) -> float:
         """Return how much second-order variance to include; 0 if it is negligible."""
-        whole = sqrt(max(estimate.u**2 + added, 0.0))
-        matters = abs(whole - estimate.u) > numerical_tolerance(estimate.u, DIGITS)
+        combined_u = sqrt(max(estimate.u**2 + added, 0.0))
+        matters = abs(combined_u - estimate.u) > numerical_tolerance(estimate.u, DIGITS)
         return added if self.settings.second_order or matters else 0.0
 
 
 def _in_unit(model: MeasurementModel, component: Component, symbol: str) -> Component:
     """Return a budget line of several inputs, converted to the unit of the result."""
-    several = sum(each.budget_line == component.name for each in model.inputs) > 1
-    return replace(component, unit=symbol) if several else component
+    is_of_several = sum(input_.budget_line == component.name for input_ in model.inputs) > 1
+    return replace(component, unit=symbol) if is_of_several else component
 
 
 def _widened(estimate: Estimate, added: float) -> Estimate:
@@ -216,28 +218,28 @@ def _widened(estimate: Estimate, added: float) -> Estimate:
     return replace(estimate, u=u, dof=dof, kurtosis=estimate.kurtosis * share)
 
 
-def _checks(found: Sequence[Evaluated]) -> Iterator[Check]:
+def _checks(results: Sequence[Evaluated]) -> Iterator[Check]:
     """Yield a check for each result: whether y ± U covers the stated share of the trials."""
-    for name in names_of(found):
-        named = [one for one in found if one.result.name == name]
-        trials = [(each, each.trial) for each in tried(named) if each.trial is not None]
+    for name in names_of(results):
+        named = [evaluated for evaluated in results if evaluated.result.name == name]
+        trials = [(each, each.trial) for each in to_try(named) if each.trial is not None]
         if not trials:
             continue
-        worst, trial = max(trials, key=lambda pair: _missed(pair[1]))
+        worst, trial = max(trials, key=lambda pair: _missed_share(pair[1]))
         wide = [pair for pair in trials if pair[0].result.estimate.u > MOST_ABOVE * pair[1].u > 0]
-        failed = [each for each, its in trials if _missed(its) > MOST_MISSED]
-        failed += [each for each, _ in wide if each not in failed]
-        about = failed if len(named) <= MOST_TRIED else named  # of others nobody knows
-        of = tuple((name, each.result.coordinates) for each in about) if failed else ()
-        if wide and _missed(trial) <= MOST_MISSED:
-            yield replace(_too_wide(name, *wide[0], _elsewhere(failed, wide[0][0])), of=of)
+        failed = [evaluated for evaluated, trial in trials if _missed_share(trial) > MOST_MISSED]
+        failed += [evaluated for evaluated, _ in wide if evaluated not in failed]
+        affected = failed if len(named) <= MOST_TRIED else named  # the others were not tried
+        places = tuple((name, each.result.coordinates) for each in affected) if failed else ()
+        if wide and _missed_share(trial) <= MOST_MISSED:
+            yield replace(_too_wide(name, *wide[0], _elsewhere(failed, wide[0][0])), of=places)
             continue
-        ok = _missed(trial) <= MOST_MISSED
+        ok = _missed_share(trial) <= MOST_MISSED
         place = f" at {worst.result.place}" if worst.result.place else ""
         lost = f"; {trial.lost} of {TRIALS} trials have no value" if trial.lost else ""
         text = (
-            f"y ± U holds {100 * trial.held:.0f} % of the trials{place}, and would hold"
-            f" {100 * trial.held_if_straight:.0f} % if the model were straight{lost}"
+            f"y ± U holds {100 * trial.coverage:.0f} % of the trials{place}, and would hold"
+            f" {100 * trial.coverage_if_linear:.0f} % if the model were straight{lost}"
             f"{_elsewhere(failed, worst)}"
         )
         advice = "the model is too curved for these inputs: measure them better"
@@ -246,24 +248,24 @@ def _checks(found: Sequence[Evaluated]) -> Iterator[Check]:
             ok=ok,
             text=text,
             advice="" if ok else advice,
-            value=_missed(trial),
+            value=_missed_share(trial),
             threshold=MOST_MISSED,
             unit="1",
             decisive=True,
-            of=of,
+            of=places,
         )
 
 
 def _elsewhere(failed: Sequence[Evaluated], shown: Evaluated) -> str:
     """Return at which other places the check failed, as text; '' for none."""
-    others = [each.result.place for each in failed if each is not shown]
+    others = [evaluated.result.place for evaluated in failed if evaluated is not shown]
     return f"; it fails too at {' and at '.join(others)}" if others else ""
 
 
-def _too_wide(name: str, each: Evaluated, trial: Trial, elsewhere: str) -> Check:
+def _too_wide(name: str, evaluated: Evaluated, trial: Trial, elsewhere: str) -> Check:
     """Return a failed check: the second-order terms come from a kink or a pole."""
-    u = each.result.estimate.u
-    place = f" at {each.result.place}" if each.result.place else ""
+    u = evaluated.result.estimate.u
+    place = f" at {evaluated.result.place}" if evaluated.result.place else ""
     return Check(
         f"Monte Carlo of {name}",
         ok=False,
@@ -276,13 +278,13 @@ def _too_wide(name: str, each: Evaluated, trial: Trial, elsewhere: str) -> Check
     )
 
 
-def _missed(trial: Trial) -> float:
+def _missed_share(trial: Trial) -> float:
     """Return the share of trials that miss y ± U because of the model's curvature."""
-    return max(trial.held_if_straight - trial.held, 0.0)
+    return max(trial.coverage_if_linear - trial.coverage, 0.0)
 
 
-def _notes(settings: EquationSettings, found: Sequence[Evaluated]) -> Iterator[str]:
-    bent = [each for each in found if each.added > 0]
+def _notes(settings: EquationSettings, results: Sequence[Evaluated]) -> Iterator[str]:
+    bent = [evaluated for evaluated in results if evaluated.added > 0]
     for name in names_of(bent):
         most = max((each for each in bent if each.result.name == name), key=lambda each: each.added)
         u = most.result.estimate.u
@@ -290,25 +292,26 @@ def _notes(settings: EquationSettings, found: Sequence[Evaluated]) -> Iterator[s
             f"{name}: the curvature of the model counts: u is {u:.2g} {most.result.of.unit} with"
             f" the terms of second order (GUM 5.1.2, note), and {most.first_order_u:.2g} without."
         )
-    for name in names_of(found):
-        lines = (line.name for one in found if one.result.name == name
-                 for line in one.result.components)  # fmt: skip
-        for line in dict.fromkeys(each for each in lines if SEVERAL in each):
+    for name in names_of(results):
+        lines = (line.name for evaluated in results if evaluated.result.name == name
+                 for line in evaluated.result.components)  # fmt: skip
+        for line in dict.fromkeys(line for line in lines if SEVERAL in line):
             yield (
                 f"{name}: how much the inputs of '{line}' have in common is not known: the line is"
                 " the greatest possible."
             )
-    if not found:
+    if not results:
         return
-    first = found[0].result.name
-    stated = [name for name, told in settings.channels.items() if not told.instrument]
+    first = results[0].result.name
+    stated = [name for name, channel in settings.channels.items() if not channel.instrument]
     if stated:
         yield (
             f"{first}: of {', '.join(stated)} the errors that the register states are not used:"
             " they are among the constants, or left out."
         )
-    single = any(each.result.readings == 1 for each in found)
-    if single and any(told.instrument and not told.scatter for told in settings.channels.values()):
+    single = any(evaluated.result.readings == 1 for evaluated in results)
+    channels = settings.channels.values()
+    if single and any(channel.instrument and not channel.scatter for channel in channels):
         yield (
             f"{first}: a value is a single reading, which shows no scatter: its uncertainty is the"
             " instrument's alone."

@@ -32,7 +32,7 @@ _SIGNS = {"+": "added to", "-": "subtracted from"}
 
 @dataclass(frozen=True)
 class Kind:
-    """The kind of a part of a model: exponents of base units, and what they do not tell."""
+    """The kind of a part of a model: exponents of base units, and what these do not show."""
 
     exponents: tuple[Fraction, ...] = _PLAIN
     scale: str = ""
@@ -44,14 +44,14 @@ class Kind:
     @classmethod
     def of_unit(cls, symbol: str, *, is_channel: bool = False) -> Kind:
         """Return the kind of values in a unit; a temperature channel gives points on a scale."""
-        known = unit(symbol)
-        is_point = of_difference(known.dimension) != known.dimension or (
-            known.dimension == "temperature" and (is_channel or bool(known.offset))
+        unit_ = unit(symbol)
+        is_point = of_difference(unit_.dimension) != unit_.dimension or (
+            unit_.dimension == "temperature" and (is_channel or bool(unit_.offset))
         )
         return cls(
-            tuple(map(Fraction, exponents_of(known.dimension))),
-            known.dimension if is_point else "",
-            known.dimension == "level",
+            tuple(map(Fraction, exponents_of(unit_.dimension))),
+            unit_.dimension if is_point else "",
+            unit_.dimension == "level",
         )
 
     @property
@@ -68,10 +68,10 @@ class Kind:
             return "a number"
         if self == DIFFERENCE:
             return "a difference of temperatures"
-        if any(each.denominator != 1 for each in self.exponents):
+        if any(exponent.denominator != 1 for exponent in self.exponents):
             return "a quantity with broken powers of its unit"
         try:
-            return with_article(kind_of(tuple(int(each) for each in self.exponents)))
+            return with_article(kind_of(tuple(int(exponent) for exponent in self.exponents)))
         except QuantityError:
             return "a quantity of no known unit"
 
@@ -85,15 +85,15 @@ class Kind:
 
         rad is a number, but 1/s is not rad/s: frequency and angular velocity differ by 2 pi.
         """
-        alike = self.scale == other.scale and _without_angle(self) == _without_angle(other)
-        return alike and not self.is_a_turn_off(other)
+        is_alike = self.scale == other.scale and _without_angle(self) == _without_angle(other)
+        return is_alike and not self.is_a_turn_off(other)
 
     def is_a_turn_off(self, other: Kind) -> bool:
         """Return whether the two differ as a frequency and an angular velocity do."""
         if _without_angle(self) != _without_angle(other):
             return False
         only_time = not any(
-            each for place, each in enumerate(self.exponents) if place not in {_SECOND, _ANGLE}
+            power for place, power in enumerate(self.exponents) if place not in {_SECOND, _ANGLE}
         )
         turns = abs(self.exponents[_ANGLE] - other.exponents[_ANGLE])
         return only_time and bool(self.exponents[_SECOND]) and turns == 1
@@ -104,7 +104,7 @@ _RADIAN = Kind(tuple(map(Fraction, exponents_of("angle"))))
 
 
 class KindError(Exception):
-    """A part of a model has the wrong kind; says which part, and why."""
+    """A part of a model has the wrong kind; holds the part and the reason."""
 
     def __init__(self, node: Node, message: str, hint: str = "") -> None:
         super().__init__(message)
@@ -118,17 +118,17 @@ def kind_of_node(node: Node, kinds: Mapping[str, Kind]) -> Kind:
         return _RADIAN if node.value == CONSTANTS["pi"] else Kind()
     if isinstance(node, Name):
         return kinds[node.name]
-    of = [kind_of_node(each, kinds) for each in node.operands]
-    return _RULES.get(node.function, _of_a_number)(node, of)
+    operand_kinds = [kind_of_node(operand, kinds) for operand in node.operands]
+    return _RULES.get(node.function, _of_a_number)(node, operand_kinds)
 
 
-def written(node: Node) -> str:
+def formula_text(node: Node) -> str:
     """Return a part of a model as text, with the parentheses that it needs."""
     if isinstance(node, Number):
         return "pi" if node.value == CONSTANTS["pi"] else f"{node.value:.6g}"
     if isinstance(node, Name):
         return node.name
-    parts = [written(each) for each in node.operands]
+    parts = [formula_text(operand) for operand in node.operands]
     if node.function not in _RANKS:
         return f"{node.function}({', '.join(parts)})"
     rank = _RANKS[node.function]
@@ -148,8 +148,8 @@ def _bracketed(node: Node, text: str, rank: int) -> str:
     return f"({text})" if low else text
 
 
-def _clipped(node: Node) -> str:
-    text = written(node)
+def _clip(node: Node) -> str:
+    text = formula_text(node)
     return text if len(text) <= 30 else f"{text[:29]}…"  # noqa: PLR2004  (for a message)
 
 
@@ -158,18 +158,18 @@ def _without_angle(kind: Kind) -> tuple[Fraction, ...]:
     return kind.exponents[:_ANGLE]
 
 
-def _sum(node: Operation, of: list[Kind]) -> Kind:
-    if len(of) == 1:
-        _refuse_points(node, of)
-        return of[0]
-    (first, second), (left, right) = of, node.operands
+def _sum(node: Operation, kinds: list[Kind]) -> Kind:
+    if len(kinds) == 1:
+        _refuse_points(node, kinds)
+        return kinds[0]
+    (first, second), (left, right) = kinds, node.operands
     if first.scale and first.scale == second.scale:
         if node.function == "-":
             return first.difference
         are = "temperatures" if first.scale == "temperature" else "power levels"
-        what = f"'{_clipped(right)}' is added to '{_clipped(left)}', and both are {are}"
+        message = f"'{_clip(right)}' is added to '{_clip(left)}', and both are {are}"
         shift = si_symbol(of_difference(first.scale))
-        _refuse(right, what, f"add a difference, in {shift}; for several use mean(...)")
+        _refuse(right, message, f"add a difference, in {shift}; for several use mean(...)")
     for point, other in ((first, second), (second, first)):
         shifts = point.scale and other.fits(point.difference)
         if shifts and (node.function == "+" or point is first):
@@ -179,15 +179,15 @@ def _sum(node: Operation, of: list[Kind]) -> Kind:
         hint = TURNS if first.is_a_turn_off(second) else ""
         _refuse(
             right,
-            f"'{_clipped(right)}', {second.words}, is {doing} '{_clipped(left)}', {first.words}",
+            f"'{_clip(right)}', {second.words}, is {doing} '{_clip(left)}', {first.words}",
             hint,
         )
     return replace(first, is_level=first.is_level or second.is_level)
 
 
-def _product(node: Operation, of: list[Kind]) -> Kind:
-    _refuse_points(node, of)
-    first, second = of
+def _product(node: Operation, kinds: list[Kind]) -> Kind:
+    _refuse_points(node, kinds)
+    first, second = kinds
     sign = 1 if node.function == "*" else -1
     powers = zip(first.exponents, second.exponents, strict=True)
     is_level = first.is_level != second.is_level and (sign > 0 or first.is_level)
@@ -195,83 +195,83 @@ def _product(node: Operation, of: list[Kind]) -> Kind:
     return Kind(tuple(a + sign * b for a, b in powers), is_level=is_level)
 
 
-def _power(node: Operation, of: list[Kind]) -> Kind:
-    _refuse_points(node, of)
-    base, exponent = of
+def _power(node: Operation, kinds: list[Kind]) -> Kind:
+    _refuse_points(node, kinds)
+    base, exponent = kinds
     if not exponent.is_number:
-        right = _clipped(node.operands[1])
+        right = _clip(node.operands[1])
         _refuse(node.operands[1], f"the power '{right}' is {exponent.words}; expected a number")
     if not any(base.exponents):
         return Kind()
-    value = _constant(node.operands[1])
+    value = _constant_value(node.operands[1])
     if value is None:
-        left = _clipped(node.operands[0])
+        left = _clip(node.operands[0])
         _refuse(
             node,
             f"'{left}', {base.words}, has a power that is not written as a number",
             "divide it by a constant of its kind first",
         )
-    return Kind(tuple(each * value for each in base.exponents))
+    return Kind(tuple(power * value for power in base.exponents))
 
 
-def _constant(node: Node) -> Fraction | None:
+def _constant_value(node: Node) -> Fraction | None:
     """Return the value of an exponent made of numbers only."""
     if isinstance(node, Number):
         return Fraction(node.value).limit_denominator(1000)
     if isinstance(node, Name):
         return None
-    parts = [_constant(each) for each in node.operands]
-    found: Fraction | None = None
+    parts = [_constant_value(operand) for operand in node.operands]
+    result: Fraction | None = None
     match node.function, parts:
         case "-", [Fraction() as value]:
-            found = -value
+            result = -value
         case "/", [Fraction() as above, Fraction() as below] if below:
-            found = above / below
+            result = above / below
         case "+", [Fraction() as one, Fraction() as other]:
-            found = one + other
+            result = one + other
         case "-", [Fraction() as one, Fraction() as other]:
-            found = one - other
+            result = one - other
         case "*", [Fraction() as one, Fraction() as other]:
-            found = one * other
-    return found
+            result = one * other
+    return result
 
 
-def _root(node: Operation, of: list[Kind]) -> Kind:
-    _refuse_points(node, of)
-    return Kind(tuple(each / 2 for each in of[0].exponents))
+def _root(node: Operation, kinds: list[Kind]) -> Kind:
+    _refuse_points(node, kinds)
+    return Kind(tuple(power / 2 for power in kinds[0].exponents))
 
 
-def _alike(node: Operation, of: list[Kind]) -> Kind:
+def _alike(node: Operation, kinds: list[Kind]) -> Kind:
     if node.function in {"abs", "atan2"}:
-        _refuse_points(node, of)
-    for each, kind in zip(node.operands[1:], of[1:], strict=True):
-        if not of[0].fits(kind):
-            first = f"'{_clipped(node.operands[0])}', {of[0].words}"
+        _refuse_points(node, kinds)
+    for operand, kind in zip(node.operands[1:], kinds[1:], strict=True):
+        if not kinds[0].fits(kind):
+            first = f"'{_clip(node.operands[0])}', {kinds[0].words}"
             _refuse(
-                each,
-                f"'{_clipped(each)}', {kind.words}, is in {node.function}(...) together with"
+                operand,
+                f"'{_clip(operand)}', {kind.words}, is in {node.function}(...) together with"
                 f" {first}",
             )
     if node.function == "atan2":
         return _RADIAN
-    return replace(of[0], is_level=any(each.is_level for each in of))
+    return replace(kinds[0], is_level=any(kind.is_level for kind in kinds))
 
 
-def _of_a_number(node: Operation, of: list[Kind]) -> Kind:
-    _refuse_points(node, of)
-    (kind,) = of
+def _of_a_number(node: Operation, kinds: list[Kind]) -> Kind:
+    _refuse_points(node, kinds)
+    (kind,) = kinds
     if not kind.is_number:
-        what = f"'{_clipped(node.operands[0])}' is {kind.words}; {node.function} takes a number"
-        allowed = what + (" or an angle" if node.function in {"sin", "cos", "tan"} else "")
-        _refuse(node.operands[0], allowed, "divide it by a constant of its kind")
+        message = f"'{_clip(node.operands[0])}' is {kind.words}; {node.function} takes a number"
+        message += " or an angle" if node.function in {"sin", "cos", "tan"} else ""
+        _refuse(node.operands[0], message, "divide it by a constant of its kind")
     return _RADIAN if node.function in _ANGLES else Kind()
 
 
-def _refuse_points(node: Operation, of: list[Kind]) -> None:
-    for operand, kind in zip(node.operands, of, strict=True):
+def _refuse_points(node: Operation, kinds: list[Kind]) -> None:
+    for operand, kind in zip(node.operands, kinds, strict=True):
         if kind.scale:
-            what = f"'{_clipped(operand)}' is {kind.words} on a scale; here a difference is needed"
-            _refuse(operand, what, _HINTS[kind.scale])
+            text = f"'{_clip(operand)}' is {kind.words} on a scale; here a difference is needed"
+            _refuse(operand, text, _HINTS[kind.scale])
 
 
 _HINTS = {

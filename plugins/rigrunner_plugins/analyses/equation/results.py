@@ -21,13 +21,13 @@ if TYPE_CHECKING:
 _SAME = 1e-9
 
 
-def missing_results(known: Sequence[ResultPlace], settings: EquationSettings) -> Check | None:
+def missing_results(results: Sequence[ResultPlace], settings: EquationSettings) -> Check | None:
     """Return a failed check if another analysis did not give a result that the model needs."""
-    there = {each.name for each in known}
-    missing = [each.of for each in settings.from_results.values() if each.of not in there]
+    present = {result.name for result in results}
+    missing = [source.of for source in settings.from_results.values() if source.of not in present]
     if not missing:
         return None
-    names = " and ".join(each.name for each in settings.all_results)
+    names = " and ".join(result.name for result in settings.all_results)
     return Check(
         f"inputs of {names}",
         ok=False,
@@ -37,56 +37,57 @@ def missing_results(known: Sequence[ResultPlace], settings: EquationSettings) ->
     )
 
 
-def groups_of_results(known: Sequence[ResultPlace], settings: EquationSettings) -> list[Group]:
+def groups_of_results(results: Sequence[ResultPlace], settings: EquationSettings) -> list[Group]:
     """Return the places where the results apply, for a model that reads no channels.
 
     Raises DataError if they have no place in common.
     """
-    named = {each.of for each in settings.from_results.values()}
+    input_names = {source.of for source in settings.from_results.values()}
     places: dict[tuple[CoordinateValue, ...], Group] = {}
-    for each in known:
-        at = each.coordinates
-        apart = all(name in at for name in settings.per)
-        fits = is_at({k: v for k, v in settings.where.items() if k in at}, at)
-        if each.name in named and apart and fits:
-            place = {name: at[name] for name in settings.per}
+    for result in results:
+        coordinates = result.coordinates
+        has_place = all(name in coordinates for name in settings.per)
+        fits = is_at({k: v for k, v in settings.where.items() if k in coordinates}, coordinates)
+        if result.name in input_names and has_place and fits:
+            place = {name: coordinates[name] for name in settings.per}
             group = Group(place, {}, {}, np.zeros(0), in_a_row=False, step_s=0.0)
             places.setdefault(tuple(place.values()), group)
     if not places:
-        raise DataError(f"{' and '.join(sorted(named))} hold at none of the places asked for")
+        raise DataError(f"{' and '.join(sorted(input_names))} hold at none of the places asked for")
     return list(places.values())
 
 
 def results_at(
-    known: Sequence[ResultPlace],
+    results: Sequence[ResultPlace],
     settings: EquationSettings,
     place: Mapping[str, CoordinateValue],
 ) -> dict[str, ResultPlace]:
     """Return the results at a place, by their symbols in the model; raise DataError for none."""
     return {
-        name: _at(known, settings, told.of, place) for name, told in settings.from_results.items()
+        name: _result_at(results, settings, source.of, place)
+        for name, source in settings.from_results.items()
     }
 
 
-def _at(
-    known: Sequence[ResultPlace],
+def _result_at(
+    results: Sequence[ResultPlace],
     settings: EquationSettings,
     name: str,
     place: Mapping[str, CoordinateValue],
 ) -> ResultPlace:
-    found = [
-        each
-        for each in known
-        if each.name == name
-        and all(_is_same(value, place[key]) for key, value in each.coordinates.items()
+    hits = [
+       result
+        for result in results
+        if result.name == name
+        and all(_is_same(value, place[key]) for key, value in result.coordinates.items()
                 if key in place)
-        and is_at({k: v for k, v in settings.where.items() if k in each.coordinates},
-                  each.coordinates)
+        and is_at({k: v for k, v in settings.where.items() if k in result.coordinates},
+                  result.coordinates)
     ]  # fmt: skip
-    if len(found) != 1:
+    if len(hits) != 1:
         at = ", ".join(f"{key} = {value}" for key, value in place.items())
-        raise DataError(f"got {len(found)} results {name}{f' at {at}' if at else ''}, expected one")
-    return found[0]
+        raise DataError(f"got {len(hits)} results {name}{f' at {at}' if at else ''}, expected one")
+    return hits[0]
 
 
 def _is_same(one: CoordinateValue, other: CoordinateValue) -> bool:

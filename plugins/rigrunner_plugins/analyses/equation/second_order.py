@@ -32,7 +32,7 @@ def added_variance(model: MeasurementModel, equation: Differentiable) -> float:
         return 0.0
     directions, kurtosis = _independent(model)
     count = len(directions)
-    x = np.array([each.value for each in model.inputs])
+    x = np.array([input_.value for input_ in model.inputs])
     steps = STEP * directions
     at = np.concatenate([x[None, :], x + steps, x - steps])
     gradient = _gradient(model, equation, at)  # (1 + 2 m, n)
@@ -41,29 +41,30 @@ def added_variance(model: MeasurementModel, equation: Differentiable) -> float:
     second = (above - below) / (2 * STEP)  # f_jk
     third = (above - 2 * here[:, None] + below) / STEP**2  # f_jkk
     terms = second**2 / 2 + here[:, None] * third
-    own = np.diag(second) ** 2 * (kurtosis + 2) / 4 + here * np.diag(third) * (kurtosis + 3) / 3
-    np.fill_diagonal(terms, own)
+    diagonal = np.diag(second) ** 2 * (kurtosis + 2) / 4
+    diagonal += here * np.diag(third) * (kurtosis + 3) / 3
+    np.fill_diagonal(terms, diagonal)
     return float(terms.sum())
 
 
 def _gradient(model: MeasurementModel, equation: Differentiable, at: Array) -> Array:
-    inputs = {each.name: at[:, row] for row, each in enumerate(model.inputs)}
-    found = equation.gradient(inputs)
-    columns = [np.broadcast_to(found.get(each.name, 0.0), len(at)) for each in model.inputs]
+    inputs = {input_.name: at[:, row] for row, input_ in enumerate(model.inputs)}
+    slopes = equation.gradient(inputs)
+    columns = [np.broadcast_to(slopes.get(input_.name, 0.0), len(at)) for input_ in model.inputs]
     return np.array(columns, dtype=float).T
 
 
 def _independent(model: MeasurementModel) -> tuple[Array, Array]:
     """Return independent directions of unit variance, (m, n), and the excess kurtosis of each."""
-    u = np.array([each.u for each in model.inputs])
+    u = np.array([input_.u for input_ in model.inputs])
     r = np.eye(len(u)) if model.correlation is None else model.correlation
     directions: list[Array] = []
     kurtosis: list[float] = []
     for rows in connected(model):
-        own = KURTOSIS.get(model.inputs[rows[0]].distribution, 0.0)
-        whole = u[rows] if len(rows) == 1 else one_error(model, rows)
-        if whole is not None:
-            parts, flat = whole[None, :], own
+        excess = KURTOSIS.get(model.inputs[rows[0]].distribution, 0.0)
+        joint_u = u[rows] if len(rows) == 1 else one_error(model, rows)
+        if joint_u is not None:
+            parts, flat = joint_u[None, :], excess
         else:
             block = np.ix_(rows, rows)
             variances, vectors = np.linalg.eigh(r[block] * np.outer(u[rows], u[rows]))

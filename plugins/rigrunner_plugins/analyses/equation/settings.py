@@ -109,21 +109,21 @@ class ConstantSettings(Settings):
 
     @model_validator(mode="after")
     def _fits_together(self) -> Self:
-        given = [key for key in ("limits", "U", "u") if getattr(self, key) is not None]
-        if len(given) > 1:
-            raise ValueError(f"one of {' and '.join(given)} is enough")
+        given_keys = [key for key in ("limits", "U", "u") if getattr(self, key) is not None]
+        if len(given_keys) > 1:
+            raise ValueError(f"one of {' and '.join(given_keys)} is enough")
         if (self.U is None) != (self.k is None):
             raise ValueError("'U' and 'k' belong together")
-        if not given and (self.distribution or self.degrees_of_freedom):
+        if not given_keys and (self.distribution or self.degrees_of_freedom):
             raise ValueError("an exact constant has neither distribution nor degrees of freedom")
         if self.limits is not None and self.distribution == "normal":
             raise ValueError("limits bound it: for a normal distribution give 'u', or 'U' with 'k'")
-        for key in given:
+        for key in given_keys:
             width = getattr(self, key)
-            shared = width.dimension == "ratio" and width.unit.symbol != "1"
+            is_share = width.dimension == "ratio" and width.unit.symbol != "1"
             kinds_of_width = {self.value.dimension, of_difference(self.value.dimension)}
-            if width.dimension not in kinds_of_width and not shared:
-                kinds = [with_article(each.dimension) for each in (width, self.value)]
+            if width.dimension not in kinds_of_width and not is_share:
+                kinds = [with_article(quantity.dimension) for quantity in (width, self.value)]
                 raise ValueError(f"{key}: '{width}' is {kinds[0]}, and the value {kinds[1]}")
             if width.dimension != self.value.dimension and self.value.unit.offset:
                 raise ValueError(f"{key}: of a temperature it is a difference in K")
@@ -134,11 +134,11 @@ class ConstantSettings(Settings):
 
         It counts as 0.1, and a person may mean 10 % of 3. Of 10 dBm, 10 % may be of the power.
         """
-        value, wanted = self.value, of_difference(self.value.dimension)
+        value, difference = self.value, of_difference(self.value.dimension)
         for key in ("limits", "U", "u"):
             width = getattr(self, key)
-            if width is not None and wanted not in {value.dimension, width.dimension}:
-                hint = f"write it in {si_symbol(wanted)}"
+            if width is not None and difference not in {value.dimension, width.dimension}:
+                hint = f"write it in {si_symbol(difference)}"
                 return key, f"'{width}' is no difference of two {value.dimension}s", hint
             if width is None or value.unit.symbol != "1" or width.unit.symbol == "1":
                 continue
@@ -232,7 +232,7 @@ class _OrAlone:
     def __get_pydantic_json_schema__(
         self, core_schema: CoreSchema, handler: GetJsonSchemaHandler
     ) -> JsonSchemaValue:
-        return {"anyOf": [*({"type": each} for each in self.types), handler(core_schema)]}
+        return {"anyOf": [*({"type": type_} for type_ in self.types), handler(core_schema)]}
 
 
 Constant = Annotated[ConstantSettings, _in_braces("value"), _OrAlone("string", "number")]
@@ -279,70 +279,70 @@ class EquationSettings(Settings):
     @field_validator("model")
     @classmethod
     def _is_read(cls, model: str, info: ValidationInfo) -> str:
-        told = info.data
-        if {"result", "results", "inputs", "constants"} <= told.keys():
-            results = _all_results(told["result"], told["results"])
+        fields = info.data
+        if {"result", "results", "inputs", "constants"} <= fields.keys():
+            results = _all_results(fields["result"], fields["results"])
             if results:
-                wanted = [_called(each) for each in results]
-                read(model, {*told["inputs"], *told["constants"]}, wanted)
+                result_names = [symbol_of(result) for result in results]
+                read(model, {*fields["inputs"], *fields["constants"]}, result_names)
         return model
 
     @model_validator(mode="after")
     def _fits_together(self) -> Self:
         if (self.result is None) == (not self.results):
             raise ValueError("one of 'result' and 'results' is needed")
-        names = [each.name for each in self.all_results]
-        calls = [_called(each) for each in self.all_results]
-        if len(set(names)) < len(names) or len(set(calls)) < len(calls):
+        names = [result.name for result in self.all_results]
+        symbols = [symbol_of(result) for result in self.all_results]
+        if len(set(names)) < len(names) or len(set(symbols)) < len(symbols):
             raise ValueError("two results have one name or symbol")
         twice = set(self.inputs) & set(self.constants)
         if twice:
             raise _PartError(f"'{min(twice)}' is an input and a constant", "constants", min(twice))
-        used = {name for each in self.parsed.equations for name in each.expression.names()}
+        used = {name for equation in self.parsed.equations for name in equation.expression.names()}
         unused = [name for name in (*self.inputs, *self.constants) if name not in used]
         if unused:
-            of = "inputs" if unused[0] in self.inputs else "constants"
-            raise _PartError(f"the model does not use '{unused[0]}'", of, unused[0])
-        for index, each in enumerate(self.correlations):
-            self._refuse_correlation(index, *each.between)
+            key = "inputs" if unused[0] in self.inputs else "constants"
+            raise _PartError(f"the model does not use '{unused[0]}'", key, unused[0])
+        for index, correlation in enumerate(self.correlations):
+            self._refuse_correlation(index, *correlation.between)
         self._refuse_impossible()
         return self
 
     def _refuse_impossible(self) -> None:
         """Raise ValueError if the correlation matrix is not positive semidefinite."""
-        names = list(dict.fromkeys(name for each in self.correlations for name in each.between))
-        r = {frozenset(each.between): each.r for each in self.correlations}
+        names = list(dict.fromkeys(name for pair in self.correlations for name in pair.between))
+        r = {frozenset(pair.between): pair.r for pair in self.correlations}
         rows = [[1.0 if a == b else r.get(frozenset((a, b)), 0.0) for b in names] for a in names]
         for k, row in enumerate(rows):  # the pivots of Gauss are those of Cholesky, squared
-            left_over = row[k] <= _ROUNDING and any(abs(each) > _ROUNDING for each in row[k:])
-            if row[k] < -_ROUNDING or left_over:
+            remains = row[k] <= _ROUNDING and any(abs(value) > _ROUNDING for value in row[k:])
+            if row[k] < -_ROUNDING or remains:
                 raise _PartError(
                     f"{', '.join(names)} cannot have these correlations together", "correlations"
                 )
             for below in rows[k + 1 :]:
                 share = below[k] / row[k] if row[k] > _ROUNDING else 0.0
-                below[:] = [value - share * of for value, of in zip(below, row, strict=True)]
+                below[:] = [value - share * above for value, above in zip(below, row, strict=True)]
 
     def _refuse_correlation(self, index: int, one: str, other: str) -> None:
-        where = ("correlations", index, "between")
-        known = {*self.inputs, *self.constants}
+        key = ("correlations", index, "between")
+        names = {*self.inputs, *self.constants}
         for name in (one, other):
-            if name not in known:
-                raise _PartError(f"there is no '{name}'", *where)
-        pairs = [set(each.between) for each in self.correlations]
+            if name not in names:
+                raise _PartError(f"there is no '{name}'", *key)
+        pairs = [set(correlation.between) for correlation in self.correlations]
         if one == other or pairs.count({one, other}) > 1:
-            raise _PartError(f"'{one}' and '{other}' are named twice", *where)
+            raise _PartError(f"'{one}' and '{other}' are named twice", *key)
         if (one in self.inputs) != (other in self.inputs):
-            raise _PartError("an input and a constant; expected two of one kind", *where)
+            raise _PartError("an input and a constant; expected two of one kind", *key)
         if any(name in self.from_results for name in (one, other)):
-            raise _PartError("how results are correlated follows from their budgets", *where)
+            raise _PartError("how results are correlated follows from their budgets", *key)
         if one in self.constants:
             first, second = self.constants[one], self.constants[other]
             if not (first.standard_uncertainty and second.standard_uncertainty):
-                raise _PartError("an exact constant cannot be correlated", *where)
+                raise _PartError("an exact constant cannot be correlated", *key)
             if first.dof != second.dof:
                 raise _PartError(
-                    "their degrees of freedom differ, but must be those of one estimation", *where
+                    "their degrees of freedom differ, but must be those of one estimation", *key
                 )
 
     @property
@@ -354,84 +354,80 @@ class EquationSettings(Settings):
     def parsed(self) -> Model:
         """The parsed model."""
         names = {*self.inputs, *self.constants}
-        return read(self.model, names, [_called(each) for each in self.all_results])
-
-    def called(self, result: ResultSettings) -> str:
-        """Return a result's symbol in the model; its name if it has no usable symbol."""
-        return _called(result)
+        return read(self.model, names, [symbol_of(result) for result in self.all_results])
 
     @property
     def channels(self) -> Mapping[str, InputSettings]:
         """The inputs that are channels or set-points."""
-        return {name: each for name, each in self.inputs.items() if each.is_channel}
+        return {name: source for name, source in self.inputs.items() if source.is_channel}
 
     @property
     def from_results(self) -> Mapping[str, InputSettings]:
         """The inputs that are results of other analyses."""
-        return {name: each for name, each in self.inputs.items() if not each.is_channel}
+        return {name: source for name, source in self.inputs.items() if not source.is_channel}
 
     def yields(self) -> tuple[ResultDefinition, ...]:
         """Return the results."""
-        return tuple(each.definition(self.per) for each in self.all_results)
+        return tuple(result.definition(self.per) for result in self.all_results)
 
     def requires(self) -> Requirements:
         """Return the channels and the results of other analyses that the model reads."""
         return Requirements(
             channels=tuple(
                 NeededChannel(
-                    name=each.of,
+                    name=source.of,
                     key=("inputs", name),
                     enters=tuple(result.name for result in self.all_results)
-                    if each.instrument
+                    if source.instrument
                     else (),
                     or_coordinate=True,
                 )
-                for name, each in self.channels.items()
+                for name, source in self.channels.items()
             ),
             results=tuple(
                 NeededResult(
-                    name=each.of,
+                    name=source.of,
                     key=("inputs", name),
                     per=(*self.per, *self.where),
                     independent=True,
                 )
-                for name, each in self.from_results.items()
+                for name, source in self.from_results.items()
             ),
         )
 
     def objections(self, units: Mapping[str, str]) -> Iterator[Objection]:
         """Yield an error for each part that does not fit the units of its inputs."""
-        kinds = {name: Kind.of_unit(units[each.of], is_channel=each.is_channel)
-                 for name, each in self.inputs.items()}  # fmt: skip
-        for name, told in self.inputs.items():
-            dimension = unit(units[told.of]).dimension
-            if told.scatter and told.scatter.dimension != of_difference(dimension):
-                message = f"got '{told.scatter}', and {told.of} is {with_article(dimension)}"
+        kinds = {name: Kind.of_unit(units[source.of], is_channel=source.is_channel)
+                 for name, source in self.inputs.items()}  # fmt: skip
+        for name, source in self.inputs.items():
+            dimension = unit(units[source.of]).dimension
+            if source.scatter and source.scatter.dimension != of_difference(dimension):
+                message = f"got '{source.scatter}', and {source.of} is {with_article(dimension)}"
                 hint = "it is the standard deviation of a reading"
                 yield ("inputs", name, "scatter"), message, hint
-        known = {name: each.value for name, each in self.constants.items()} | dict(
+        quantities = {name: constant.value for name, constant in self.constants.items()} | dict(
             self.parsed.literals
         )
-        kinds |= {name: Kind.of_unit(each.unit.symbol) for name, each in known.items()}
+        kinds |= {name: Kind.of_unit(quantity.unit.symbol) for name, quantity in quantities.items()}
         for name, constant in self.constants.items():
-            if found := constant.of_two_meanings():
-                key, message, hint = found
+            if ambiguity := constant.of_two_meanings():
+                key, message, hint = ambiguity
                 yield ("constants", name, key), message, hint
-        for name, each in known.items():
-            meant = each.unit.symbol == "K" and abs(each.si) >= _THERMODYNAMIC
-            if meant and any(kind.scale == "temperature" for kind in kinds.values()):
+        for name, quantity in quantities.items():
+            may_be_temperature = quantity.unit.symbol == "K" and abs(quantity.si) >= _THERMODYNAMIC
+            if may_be_temperature and any(kind.scale == "temperature" for kind in kinds.values()):
                 yield (
                     ("constants", name) if name in self.constants else ("model",),
-                    f"'{each}' beside temperatures in °C: a difference, or a temperature?",
-                    f"write the temperature in °C: {each.si - 273.15:g} °C",
+                    f"'{quantity}' beside temperatures in °C: a difference, or a temperature?",
+                    f"write the temperature in °C: {quantity.si - 273.15:g} °C",
                 )
                 return
         yield from self._misfits(kinds)
 
     def _misfits(self, kinds: dict[str, Kind]) -> Iterator[Objection]:
-        stated = {_called(each): each for each in self.all_results}
-        for each in self.parsed.equations:
-            root = each.expression.root
+        results = {symbol_of(result): result for result in self.all_results}
+        for equation in self.parsed.equations:
+            root = equation.expression.root
             try:
                 kind = kind_of_node(root, kinds)
             except KindError as error:
@@ -439,27 +435,27 @@ class EquationSettings(Settings):
                 message = f"column {column}: {error.message}"
                 yield ("model",), message, error.hint, column
                 return
-            if each.name in stated:
-                yield from self._misfit_of_unit(stated[each.name], kind)
-                due = Kind.of_unit(stated[each.name].unit)
-                kind = due if due.is_level or not (kind.scale or kind.fits(due)) else kind
-            kinds[each.name] = kind
+            if equation.name in results:
+                yield from self._misfit_of_unit(results[equation.name], kind)
+                stated = Kind.of_unit(results[equation.name].unit)
+                kind = stated if stated.is_level or not (kind.scale or kind.fits(stated)) else kind
+            kinds[equation.name] = kind
 
     def _misfit_of_unit(self, result: ResultSettings, kind: Kind) -> Iterator[Objection]:
-        due = Kind.of_unit(result.unit)
+        stated = Kind.of_unit(result.unit)
         at = ("result", "unit") if self.result else (
             "results", self.all_results.index(result), "unit")  # fmt: skip
-        if kind.scale == "temperature" and due == Kind.of_unit("K"):
+        if kind.scale == "temperature" and stated == Kind.of_unit("K"):
             return  # the thermodynamic temperature
-        if due.scale and not kind.scale and kind.fits(due.difference):
-            hint = f"write {si_symbol(of_difference(due.scale))}"
-            if due.scale == "power level":
+        if stated.scale and not kind.scale and kind.fits(stated.difference):
+            hint = f"write {si_symbol(of_difference(stated.scale))}"
+            if stated.scale == "power level":
                 hint = "write dB, or add number(0, dBm)"
             yield at, f"got '{result.unit}', and the model gives a difference", hint
-        elif not kind.fits(due) or (kind.is_level and not due.is_level):
-            given = with_article(unit(result.unit).dimension)
-            hint = TURNS if kind.is_a_turn_off(due) else "write dB" if kind.is_level else ""
-            yield at, f"got '{result.unit}', {given}; the model gives {kind.words}", hint
+        elif not kind.fits(stated) or (kind.is_level and not stated.is_level):
+            dimension = with_article(unit(result.unit).dimension)
+            hint = TURNS if kind.is_a_turn_off(stated) else "write dB" if kind.is_level else ""
+            yield at, f"got '{result.unit}', {dimension}; the model gives {kind.words}", hint
 
 
 def _all_results(
@@ -468,6 +464,7 @@ def _all_results(
     return several if only is None else (only,)
 
 
-def _called(result: ResultSettings) -> str:
+def symbol_of(result: ResultSettings) -> str:
+    """Return a result's symbol in the model; its name if it has no usable symbol."""
     symbol = result.symbol
     return symbol if symbol.isascii() and symbol.isidentifier() else result.name

@@ -15,8 +15,9 @@ from rigrunner.signal.coverage import expanded
 from rigrunner.signal.monte_carlo.intervals import numerical_tolerance
 from rigrunner.signal.propagation import sensitivities
 from rigrunner.signal.rounding import places
-from rigrunner_plugins.analyses.equation.kinds import written
-from rigrunner_plugins.analyses.equation.model import Tree
+from rigrunner_plugins.analyses.equation.kinds import formula_text
+from rigrunner_plugins.analyses.equation.settings import symbol_of
+from rigrunner_plugins.analyses.equation.tree import Tree
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping, Sequence
@@ -31,69 +32,70 @@ DIGITS = 1
 
 def formulas(settings: EquationSettings) -> Iterator[Formula]:
     """Yield the equations, each with the result under which it is shown: its own, or the next."""
-    stated = {settings.called(each): each.name for each in settings.all_results}
-    quantities = {name: str(each) for name, each in settings.parsed.literals.items()}
+    stated = {symbol_of(result): result.name for result in settings.all_results}
+    quantities = {name: str(quantity) for name, quantity in settings.parsed.literals.items()}
     equations = settings.parsed.equations
-    for index, each in enumerate(equations):
+    for index, equation in enumerate(equations):
         following = [stated[later.name] for later in equations[index:] if later.name in stated]
-        used = each.expression.names()
+        used = equation.expression.names()
         yield Formula(
             of=following[0] if following else settings.all_results[-1].name,
-            symbol=each.name,
-            text=written(each.expression.root).replace("^", "**"),
+            symbol=equation.name,
+            text=formula_text(equation.expression.root).replace("^", "**"),
             quantities={name: text for name, text in quantities.items() if name in used},
         )
 
 
 def tables(
-    settings: EquationSettings, places: Sequence[Sequence[Evaluated]], units: Mapping[str, str]
+    settings: EquationSettings, by_place: Sequence[Sequence[Evaluated]], units: Mapping[str, str]
 ) -> Iterator[Table]:
     """Yield the tables of results by place; the tables of inputs show the first place.
 
     `units` has the SI unit of each channel.
     """
-    first = next((each for found in places for each in found), None)
+    first = next((result for results in by_place for result in results), None)
     if first is None:
         return
     name = first.result.name
     at = f" at {first.result.place}" if first.result.place else ""
-    yield _inputs(settings, first, units, f"Inputs of the model{at}")
-    pairs = list(_correlated(first))
+    yield _input_table(settings, first, units, f"Inputs of the model{at}")
+    pairs = list(_correlation_rows(first))
     if pairs:
         yield Table(of=name, title=f"Correlation of the inputs{at}",
                     columns=("", "", "r"), rows=tuple(pairs))  # fmt: skip
-    if any(len(found) > 1 for found in places):
+    if any(len(results) > 1 for results in by_place):
         yield Table(
             of=name,
             title="Correlation of the results",
             columns=("", "", "where", "r"),
             rows=tuple(
                 (one.result.name, other.result.name, one.result.place, correlation(one, other))
-                for found in places
-                for one, other in combinations(found, 2)
+                for results in by_place
+                for one, other in combinations(results, 2)
             ),
         )
 
 
 def both_methods(tried: Sequence[Evaluated]) -> Iterator[Table]:
     """Yield the GUM and Monte Carlo values of results of one name."""
-    rows = [row for each in tried if (row := _compared(each)) is not None]
+    rows = [row for result in tried if (row := _comparison_row(result)) is not None]
     if rows:
-        of = tried[0].result.of
+        definition = tried[0].result.of
         named = ("y", "u", "low", "high")
-        columns = [f"{each} (GUM)" for each in named] + [f"{each} (Monte Carlo)" for each in named]
-        yield Table(of=of.name, title=f"GUM and Monte Carlo, in {of.unit}; 95 % from low to high",
+        columns = [f"{name} ({how})" for how in ("GUM", "Monte Carlo") for name in named]
+        title = f"GUM and Monte Carlo, in {definition.unit}; 95 % from low to high"
+        yield Table(of=definition.name, title=title,
                     columns=("where", *columns, f"agree to {DIGITS} digit of u"),
                     rows=tuple(rows))  # fmt: skip
 
 
 def correlation(one: Evaluated, other: Evaluated) -> float:
     """Return the correlation coefficient of two results of the same inputs (GUM 5.2.2, H.2)."""
-    u = np.array([0.0 if np.isnan(each.u) else each.u for each in one.model.inputs])
+    u = np.array([0.0 if np.isnan(input_.u) else input_.u for input_ in one.model.inputs])
     r: Array = np.eye(len(u)) if one.model.correlation is None else one.model.correlation
     a, b = sensitivities(one.model) * u, sensitivities(other.model) * u
-    whole = sqrt(float(a @ r @ a) * float(b @ r @ b))
-    return float(a @ r @ b) / whole if whole else 0.0
+    product_of_u = sqrt(float(a @ r @ a) * float(b @ r @ b))
+    return float(a @ r @ b) / product_of_u if product_of_u else 0.0
 
 
 def _on_its_scale(
@@ -109,21 +111,23 @@ def _on_its_scale(
     return value, symbol
 
 
-def _inputs(
+def _input_table(
     settings: EquationSettings, first: Evaluated, units: Mapping[str, str], title: str
 ) -> Table:
     tree = first.model.equation
     fixed = tree.fixed if isinstance(tree, Tree) else {}
     rows: list[tuple[float | str, ...]] = []
-    for each in first.model.inputs:
-        value, symbol = _on_its_scale(settings, each.name, each.value, each.unit)
-        dof: float | str = each.dof if np.isfinite(each.dof) else "∞"
-        rows.append((each.name, value, float(f"{each.u:.3g}"), dof, str(each.distribution), symbol))
-    for name, told in settings.inputs.items():
+    for input_ in first.model.inputs:
+        value, symbol = _on_its_scale(settings, input_.name, input_.value, input_.unit)
+        dof: float | str = input_.dof if np.isfinite(input_.dof) else "∞"
+        rows.append(
+            (input_.name, value, float(f"{input_.u:.3g}"), dof, str(input_.distribution), symbol)
+        )
+    for name, source in settings.inputs.items():
         if name in fixed:
-            value, symbol = _on_its_scale(settings, name, fixed[name], units[told.of])
-            how = "no scatter" if told.is_channel else f"result {told.of}, by its budget"
-            rows.append((name, value if np.isfinite(value) else "no value", how, "", "", symbol))
+            value, symbol = _on_its_scale(settings, name, fixed[name], units[source.of])
+            remark = "no scatter" if source.is_channel else f"result {source.of}, by its budget"
+            rows.append((name, value if np.isfinite(value) else "no value", remark, "", "", symbol))
     for name, constant in settings.constants.items():
         if name in fixed:
             stated = constant.value
@@ -132,28 +136,28 @@ def _inputs(
     return Table(of=first.result.name, title=title, columns=columns, rows=tuple(rows))
 
 
-def _correlated(found: Evaluated) -> Iterator[tuple[str, str, float]]:
-    r = found.model.correlation
+def _correlation_rows(evaluated: Evaluated) -> Iterator[tuple[str, str, float]]:
+    r = evaluated.model.correlation
     if r is None:
         return
-    names = [each.name for each in found.model.inputs]
+    names = [input_.name for input_ in evaluated.model.inputs]
     for i, j in combinations(range(len(names)), 2):
         if r[i, j]:
             yield names[i], names[j], float(r[i, j])
 
 
-def _compared(found: Evaluated) -> tuple[float | str, ...] | None:
-    trial, estimate = found.trial, found.result.estimate
+def _comparison_row(evaluated: Evaluated) -> tuple[float | str, ...] | None:
+    trial, estimate = evaluated.trial, evaluated.result.estimate
     if trial is None or np.isnan(trial.u):
         return None
-    reach = expanded(estimate)
-    low, high = estimate.value - reach, estimate.value + reach
-    off = max(abs(low - trial.low), abs(high - trial.high))
-    agrees = off <= numerical_tolerance(estimate.u, DIGITS)
+    expanded_u = expanded(estimate)
+    low, high = estimate.value - expanded_u, estimate.value + expanded_u
+    deviation = max(abs(low - trial.low), abs(high - trial.high))
+    agrees = deviation <= numerical_tolerance(estimate.u, DIGITS)
     shown = (estimate.value, estimate.u, low, high, trial.mean, trial.u, trial.low, trial.high)
     decimals = places(estimate.u, 3)
     return (
-        found.result.place,
-        *(round(each, decimals) for each in shown),
+        evaluated.result.place,
+        *(round(number, decimals) for number in shown),
         "yes" if agrees else "no",
     )

@@ -60,38 +60,38 @@ class Model:
         return self.origins[min(node.column, len(self.origins)) - 1]
 
 
-def read(text: str, known: Collection[str], wanted: Collection[str]) -> Model:
+def read(text: str, input_names: Collection[str], result_names: Collection[str]) -> Model:
     """Return the model of a text; raise ExpressionError with the column of the error.
 
-    `known` are the names of inputs and constants, `wanted` those of the results; a model without
-    `name =` gives the only result.
+    `input_names` are those of inputs and constants. A model without `name =` gives the only result.
     """
     if len(text) > LONGEST:
         raise ExpressionError(
             f"the model has {len(text)} characters", column=LONGEST + 1,
             hint=f"at most {LONGEST} are read",
         )  # fmt: skip
-    formulas, origins, literals = _translated(text)
+    formulas, origins, literals = _translate(text)
     beginnings = list(_BEGINS.finditer(formulas))
     if len(beginnings) > MOST_EQUATIONS:
         raise ExpressionError(f"it has {len(beginnings)} equations",
                               hint=f"expected at most {MOST_EQUATIONS}")  # fmt: skip
     equations: list[Equation] = []
-    names = {*known, *literals}
-    for name, at, start, end in _parts(formulas, beginnings, wanted, origins):
-        if name in names or name in RESERVED:
-            what = "there already" if name in names else "a name of the language"
+    known_names = {*input_names, *literals}
+    for name, at, start, end in _parts(formulas, beginnings, result_names, origins):
+        if name in known_names or name in RESERVED:
+            reason = "there already" if name in known_names else "a name of the language"
             column = origins[at]
-            raise ExpressionError(f"column {column}: '{name}' is {what}", column=column,
+            raise ExpressionError(f"column {column}: '{name}' is {reason}", column=column,
                                   hint="give it another name")  # fmt: skip
         try:
-            # Blanks in place of what stands before keep the columns of errors those of all.
-            found = parse(" " * start + formulas[start:end], names)
+            # Blanks in place of the text before keep the columns of errors right.
+            expression = parse(" " * start + formulas[start:end], known_names)
         except ExpressionError as error:
             raise _at_origin(error, origins) from None
-        equations.append(Equation(name, found))
-        names.add(name)
-    missing = [name for name in wanted if name not in {each.name for each in equations}]
+        equations.append(Equation(name, expression))
+        known_names.add(name)
+    defined = {equation.name for equation in equations}
+    missing = [name for name in result_names if name not in defined]
     if missing:
         raise ExpressionError(f"it gives no '{missing[0]}'", hint=f"write '{missing[0]} = ...'")
     return Model(tuple(equations), literals, origins)
@@ -100,14 +100,14 @@ def read(text: str, known: Collection[str], wanted: Collection[str]) -> Model:
 def _parts(
     formulas: str,
     beginnings: list[re.Match[str]],
-    wanted: Collection[str],
+    result_names: Collection[str],
     origins: tuple[int, ...],
 ) -> list[tuple[str, int, int, int]]:
-    """Return each name, where it stands, and the start and end of its formula."""
+    """Return each name, its position, and the start and end of its formula."""
     if not beginnings:
-        (only, *others) = wanted
+        (only, *others) = result_names
         if others:
-            names = ", ".join(wanted)
+            names = ", ".join(result_names)
             hint = f"write a line 'name = ...' for each of {names}"
             raise ExpressionError("it does not say which result it gives", hint=hint)
         return [(only, formulas.find(only), 0, len(formulas))]
@@ -117,38 +117,38 @@ def _parts(
         raise ExpressionError(
             f"column {column}: a formula without a name", column=column, hint="write 'name = ...'"
         )
-    ends = [each.start() for each in beginnings[1:]] + [len(formulas)]
+    ends = [beginning.start() for beginning in beginnings[1:]] + [len(formulas)]
     return [
-        (each[1], each.start(1), each.end(), end)
-        for each, end in zip(beginnings, ends, strict=True)
+        (beginning[1], beginning.start(1), beginning.end(), end)
+        for beginning, end in zip(beginnings, ends, strict=True)
     ]
 
 
-def _translated(text: str) -> tuple[str, tuple[int, ...], dict[str, Quantity]]:
+def _translate(text: str) -> tuple[str, tuple[int, ...], dict[str, Quantity]]:
     """Return the text in formula syntax, the origin of each character, and the quantities."""
-    made: list[str] = []
+    parts: list[str] = []
     origins: list[int] = []
     literals: dict[str, Quantity] = {}
     at = 0
     while at < len(text):
-        found = _QUANTITY.match(text, at) if text[at] == "n" else None
-        if found is not None:
+        match = _QUANTITY.match(text, at) if text[at] == "n" else None
+        if match is not None:
             name = f"number_{len(literals) + 1}"
-            literals[name] = _quantity(found, at + 1)
-            made.append(name)
+            literals[name] = _quantity(match, at + 1)
+            parts.append(name)
             origins += [at + 1] * len(name)
-            at = found.end()
+            at = match.end()
             continue
         character = "**" if text[at] == "^" else text[at]
-        made.append(character)
+        parts.append(character)
         origins += [at + 1] * len(character)
         at += 1
-    return "".join(made), (*origins, len(text) + 1), literals
+    return "".join(parts), (*origins, len(text) + 1), literals
 
 
-def _quantity(found: re.Match[str], column: int) -> Quantity:
+def _quantity(match: re.Match[str], column: int) -> Quantity:
     try:
-        return parse_quantity(f"{found[1].strip()} {found[2].strip()}")
+        return parse_quantity(f"{match[1].strip()} {match[2].strip()}")
     except ValueError as error:
         message = getattr(error, "message", str(error))
         raise ExpressionError(f"column {column}: {message}", column=column,

@@ -12,7 +12,7 @@ from rigrunner.api.devices import CountsStreams, KnowsTruth
 from rigrunner.api.driver import wait_until_arrived
 from rigrunner.api.quantity import legible
 from rigrunner_plugins.devices.composite.base import POLL_S, Composite, find
-from rigrunner_plugins.devices.composite.clocks.aligned import AlignedStream, Wanted
+from rigrunner_plugins.devices.composite.clocks.aligned import AlignedStream, StreamPlan
 
 if TYPE_CHECKING:
     from collections.abc import Generator, Iterator, Mapping, Sequence
@@ -27,18 +27,18 @@ class Reads(Composite):
     """Gives single values of its parts' channels."""
 
     def read(self, channels: Sequence[str]) -> Mapping[str, float]:
-        """Return the present value of each channel, each part asked once."""
+        """Return the present value of each channel; each part is read once."""
         self.need_connection()
         routes = [find("channel", name, self.channel_routes) for name in channels]
-        read = {
+        values = {
             part: self.parts[part].read([route.name for route in routes if route.part == part])
             for part in dict.fromkeys(route.part for route in routes)
         }
-        return {route.info.name: float(read[route.part][route.name]) for route in routes}
+        return {route.info.name: float(values[route.part][route.name]) for route in routes}
 
 
 class Observes(Composite):
-    """Tells what of its parts is not a number."""
+    """Gives the readings of its parts that are not numbers."""
 
     @property
     def readings(self) -> Sequence[ReadingInfo]:
@@ -46,14 +46,14 @@ class Observes(Composite):
         return tuple(route.info for route in self.reading_routes.values())
 
     def observe(self, readings: Sequence[str]) -> Mapping[str, Reading]:
-        """Return each as it is now, each part asked once."""
+        """Return the present value of each reading; each part is read once."""
         self.need_connection()
         routes = [find("reading", name, self.reading_routes) for name in readings]
-        told = {
-            part: self.parts[part].observe([each.name for each in routes if each.part == part])
+        observed = {
+            part: self.parts[part].observe([route.name for route in routes if route.part == part])
             for part in dict.fromkeys(route.part for route in routes)
         }
-        return {route.info.name: told[route.part][route.name] for route in routes}
+        return {route.info.name: observed[route.part][route.name] for route in routes}
 
 
 class Sets(Composite):
@@ -72,12 +72,12 @@ class Sets(Composite):
         self.set_points[drive] = value
 
     def arrived(self, drive: str) -> bool:
-        """Say whether it is reached, by the part that sets it and by the one that measures it."""
+        """Return whether it is reached, by the part that sets it and the one that measures it."""
         route = find("drive", drive, self.drive_routes)
         if drive not in self.set_points or not self.parts[route.part].arrived(route.name):
             return False
-        off = abs(self.standing(route) - self.set_points[drive])
-        return off <= route.info.allowed_deviation
+        deviation = abs(self.actual_value(route) - self.set_points[drive])
+        return deviation <= route.info.allowed_deviation
 
     def set(self, drive: str, value: float) -> None:
         """Give the drive a new set-point and wait until it is reached."""
@@ -85,10 +85,10 @@ class Sets(Composite):
         wait_until_arrived(self, self.drive_routes[drive].info, value, self.clock, POLL_S)
 
     def read_back(self, drive: str) -> float:
-        """Return where the drive stands."""
+        """Return the actual value of the drive."""
         route = find("drive", drive, self.drive_routes)
         self.need_connection()
-        return self.standing(route)
+        return self.actual_value(route)
 
 
 class Streams(Composite):
@@ -118,28 +118,28 @@ class Streams(Composite):
         # A slower part alone is aligned as well: a role has one sample rate, that of the reference.
         if len(parts) == 1 and self.parts[parts[0]].device.sample_rate_hz == self.sample_rate_hz:
             names = [route.name for route in routes]
-            return _renamed(self.parts[parts[0]].stream(names, duration_s, stop), routes)
-        wanted = Wanted(routes, self.parts, self.clocks, self.reference, self.patience.answer_s)
-        self._aligned = AlignedStream(wanted, duration_s, stop, self.clock)
+            return _rename_channels(self.parts[parts[0]].stream(names, duration_s, stop), routes)
+        plan = StreamPlan(routes, self.parts, self.clocks, self.reference, self.patience.answer_s)
+        self._aligned = AlignedStream(plan, duration_s, stop, self.clock)
         return self._aligned.blocks()
 
     def stream_conditions(self) -> Mapping[str, tuple[float, str]]:
-        """Return what the parts found of the last stream, and how their clocks were aligned.
+        """Return what the parts report of the last stream, and how their clocks were aligned.
 
         What a part says of a channel stands under the channel's name in the role.
         """
-        found: dict[str, tuple[float, str]] = {}
+        conditions: dict[str, tuple[float, str]] = {}
         for route in self._streamed:
             part = self.parts[route.part]
             names = [info.name for info in part.device.channels]
-            for name, value in part.found().items():
+            for name, value in part.stream_conditions().items():
                 # Of the longest name of a channel that it begins with.
-                own = max(
+                channel = max(
                     (each for each in names if name.startswith(f"{each}_")), key=len, default=""
                 )
-                if own == route.name:
-                    found[route.info.name + name.removeprefix(own)] = value
-        return found if self._aligned is None else {**found, **self._aligned.conditions()}
+                if channel == route.name:
+                    conditions[route.info.name + name.removeprefix(channel)] = value
+        return conditions if self._aligned is None else {**conditions, **self._aligned.conditions()}
 
 
 class Pauses(Sets):
@@ -148,18 +148,18 @@ class Pauses(Sets):
     def pause(self) -> None:
         """Bring what moves in cycles to its safe value; all else stays as it is."""
         self.need_connection()
-        self.held = {
+        self.paused_set_points = {
             name: self.set_points.get(name, route.info.safe_value)
             for name, route in self.drive_routes.items()
             if route.info.sets_cycle_frequency
         }
-        for name in self.held:
+        for name in self.paused_set_points:
             self.set(name, self.drive_routes[name].info.safe_value)
 
     def resume(self) -> None:
         """Let it move again as before."""
         self.need_connection()
-        for name, value in self.held.items():
+        for name, value in self.paused_set_points.items():
             self.set(name, value)
 
 
@@ -167,21 +167,21 @@ class CountsPartsStreams(Composite):
     """Has simulators among its parts that count streams."""
 
     def continue_after(self, streams: Sequence[Mapping[str, float]]) -> None:
-        """Tell each part that asks for it what was streamed before, by its own drives' names."""
+        """Pass the earlier streams to each part that counts them, by its own drives' names."""
         for name, part in self.parts.items():
             device = part.device
             if not isinstance(device, CountsStreams):
                 continue
-            theirs = {
+            names = {
                 drive: route.name
                 for drive, route in self.drive_routes.items()
                 if route.part == name
             }
-            own = [
-                {theirs[drive]: value for drive, value in each.items() if drive in theirs}
-                for each in streams
+            part_streams = [
+                {names[drive]: value for drive, value in stream.items() if drive in names}
+                for stream in streams
             ]
-            part.call("continue a run", partial(device.continue_after, own))
+            part.call("continue a run", partial(device.continue_after, part_streams))
 
 
 class KnowsPartsTruth(Composite):
@@ -189,14 +189,14 @@ class KnowsPartsTruth(Composite):
 
     def truth(self) -> Mapping[str, float]:
         """Return what the simulators among the parts know."""
-        known: dict[str, float] = {}
+        values: dict[str, float] = {}
         for part in self.parts.values():
             if isinstance(part.device, KnowsTruth):
-                known |= part.call("tell the truth", part.device.truth)
-        return known
+                values |= part.call("tell the truth", part.device.truth)
+        return values
 
 
-def _renamed(blocks: Generator[Block], routes: Sequence[ChannelRoute]) -> Generator[Block]:
+def _rename_channels(blocks: Generator[Block], routes: Sequence[ChannelRoute]) -> Generator[Block]:
     with closing(blocks):
         for block in blocks:
             channels = {route.info.name: block.channels[route.name] for route in routes}

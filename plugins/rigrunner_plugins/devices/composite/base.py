@@ -48,7 +48,7 @@ class Composite:
         self.drive_routes = drives
         self.reading_routes = readings
         self.set_points: dict[str, float] = {}
-        self.held: Mapping[str, float] = {}
+        self.paused_set_points: Mapping[str, float] = {}
         self._connected = False
 
     @property
@@ -63,7 +63,7 @@ class Composite:
 
     @property
     def reads_back_while_streaming(self) -> bool:
-        """Whether where drives stand comes from parts that do not stream, or allow it meanwhile.
+        """Whether drives are read back from parts that do not stream, or allow it meanwhile.
 
         Not where several parts stream: their clocks are compared by when samples arrive, and each
         read-back would delay that.
@@ -71,98 +71,98 @@ class Composite:
         streaming = {route.part for route in self.channel_routes.values() if route.info.streams}
         if len(streaming) > 1:
             return False
-        read = [route.read_back or route for route in self.drive_routes.values()]
+        routes = [route.read_back or route for route in self.drive_routes.values()]
         return all(
-            getattr(self.parts[each.part].device, "reads_back_while_streaming", False)
-            for each in read
-            if each.part in streaming
+            getattr(self.parts[route.part].device, "reads_back_while_streaming", False)
+            for route in routes
+            if route.part in streaming
         )
 
     def connect(self, timeout_s: float) -> Identity:
         """Connect all parts; if one fails, make safe and close those that are connected."""
-        found: dict[str, Identity] = {}
+        identities: dict[str, Identity] = {}
         try:
             for name, part in self.parts.items():
-                found[name] = part.connect(timeout_s)
+                identities[name] = part.connect(timeout_s)
         except BaseException as error:
-            # Nothing stays energised or open; what fails in that is told beside the error.
-            safe = [part.make_safe for part in self._safe_order() if part.name in found]
-            failed = _all_tried([*safe, *(part.close for part in self.parts.values())])
-            if failed and isinstance(error, DeviceError):
-                error.message = "; then ".join([error.message, *map(str, failed)])
+            # Nothing stays energised or open; what fails in that is added to the error.
+            safe_calls = [part.make_safe for part in self._safe_order() if part.name in identities]
+            errors = _try_all([*safe_calls, *(part.close for part in self.parts.values())])
+            if errors and isinstance(error, DeviceError):
+                error.message = "; then ".join([error.message, *map(str, errors)])
             else:
-                for each in failed:
-                    add_beside(error, str(each))
+                for failure in errors:
+                    add_beside(error, str(failure))
             raise
         self._connected = True
         return Identity(
             "Rigrunner",
-            f"composite of {', '.join(found)}",
+            f"composite of {', '.join(identities)}",
             "",
-            simulated=any(each.simulated for each in found.values()),
-            parts=found,
+            simulated=any(identity.simulated for identity in identities.values()),
+            parts=identities,
         )
 
     def make_safe(self) -> Mapping[str, float]:
-        """Make all parts safe, whatever fails, and return where the drives stand.
+        """Make all parts safe, whatever fails, and return the actual values of the drives.
 
         Parts come in the order in which the drives name them. A set of a part that was given up is
-        waited for then, and the part made safe behind it. If one fails, the error tells which, why,
-        and where the other drives stand.
+        waited for then, and the part made safe behind it. If one fails, the error states which and
+        why, and the actual values of the other drives.
         """
         given_up = {part: late for part in self._safe_order() if (late := part.late)}
         self.set_points.clear()
-        self.held = {}  # a pause is over: nothing may move again by `resume`
-        told: dict[str, Mapping[str, float]] = {}
-        standing: dict[str, float] = {}
+        self.paused_set_points = {}  # a pause is over: nothing may move again by `resume`
+        read_back: dict[str, Mapping[str, float]] = {}
+        actual_values: dict[str, float] = {}
 
         def make_safe(part: Part) -> None:
-            told[part.name] = part.make_safe()
+            read_back[part.name] = part.make_safe()
 
-        def look(route: DriveRoute) -> None:
+        def read_actual(route: DriveRoute) -> None:
             drive = route.info.name
-            if route.part not in told:
-                with suppress(Exception):  # what failed is told already
-                    standing[drive] = self.standing(route)
+            if route.part not in read_back:
+                with suppress(Exception):  # the failure is reported already
+                    actual_values[drive] = self.actual_value(route)
             elif route.read_back is None:
-                standing[drive] = told[route.part][route.name]
+                actual_values[drive] = read_back[route.part][route.name]
             else:
-                standing[drive] = self._resting(route)
+                actual_values[drive] = self._actual_at_rest(route)
 
         def make_safe_behind(part: Part, late: MovingCall) -> None:
-            told[part.name] = part.make_safe_behind(late)
+            read_back[part.name] = part.make_safe_behind(late)
 
-        failed = _all_tried([partial(make_safe, part) for part in self._safe_order()])
-        failed += _all_tried([partial(make_safe_behind, *each) for each in given_up.items()])
-        failed += _all_tried([partial(look, route) for route in self.drive_routes.values()])
-        if failed:
-            raise _summed_up(failed, standing, self.drives)
-        return standing
+        errors = _try_all([partial(make_safe, part) for part in self._safe_order()])
+        errors += _try_all([partial(make_safe_behind, *call) for call in given_up.items()])
+        errors += _try_all([partial(read_actual, route) for route in self.drive_routes.values()])
+        if errors:
+            raise _combined_error(errors, actual_values, self.drives)
+        return actual_values
 
     def close(self) -> None:
         """Close all parts; the first error is raised after all were tried."""
         self._connected = False
-        failed = _all_tried([part.close for part in self.parts.values()])
-        if failed:
-            raise failed[0]
+        errors = _try_all([part.close for part in self.parts.values()])
+        if errors:
+            raise errors[0]
 
     def _safe_order(self) -> list[Part]:
         names = [*(route.part for route in self.drive_routes.values()), *self.parts]
         return [self.parts[name] for name in dict.fromkeys(names)]
 
-    def _resting(self, route: DriveRoute) -> float:
-        """Return where a drive stands once it is at its safe value, or has had its time."""
+    def _actual_at_rest(self, route: DriveRoute) -> float:
+        """Return the actual value of a drive once it is safe, or has had its time."""
         info = route.info
         until_s = self.clock.monotonic_s() + info.longest_s
         while True:
-            value = self.standing(route)
-            near = abs(value - info.safe_value) <= info.allowed_deviation
-            if near or self.clock.monotonic_s() >= until_s:
+            value = self.actual_value(route)
+            is_near = abs(value - info.safe_value) <= info.allowed_deviation
+            if is_near or self.clock.monotonic_s() >= until_s:
                 return value
             self.clock.sleep(POLL_S)
 
-    def standing(self, route: DriveRoute) -> float:
-        """Return where a drive stands, by the channel that measures it if there is one."""
+    def actual_value(self, route: DriveRoute) -> float:
+        """Return the actual value of a drive, by the channel that measures it if there is one."""
         if route.read_back is None:
             return self.parts[route.part].read_back(route.name)
         channel = route.read_back
@@ -174,7 +174,7 @@ class Composite:
             raise DeviceLostError("not connected")
 
 
-def _all_tried(calls: Iterable[Callable[[], object]]) -> list[DeviceError]:
+def _try_all(calls: Iterable[Callable[[], object]]) -> list[DeviceError]:
     """Make all calls, whatever fails, and return what did; Ctrl-C is raised after the last one."""
     errors = errors_of(*calls)
     if any(isinstance(error, KeyboardInterrupt) for error in errors):
@@ -185,20 +185,20 @@ def _all_tried(calls: Iterable[Callable[[], object]]) -> list[DeviceError]:
     ]
 
 
-def _summed_up(
-    failed: Sequence[DeviceError], standing: Mapping[str, float], drives: Sequence[DriveInfo]
+def _combined_error(
+    errors: Sequence[DeviceError], actual_values: Mapping[str, float], drives: Sequence[DriveInfo]
 ) -> DeviceError:
-    """Return one error of all: of the first's kind, with what failed and where the rest stands."""
+    """Return one error, of the first's kind, with all failures and the known actual values."""
     units = {info.name: info.unit for info in drives}
-    known = [f"{name} at {value:g} {units[name]}" for name, value in standing.items()]
-    told = dict.fromkeys(each.message for each in failed)
-    rest = f"; read back were {', '.join(known)}" if known else ""
-    return type(failed[0])("; ".join(told) + rest, hint=failed[0].hint)
+    texts = [f"{name} at {value:g} {units[name]}" for name, value in actual_values.items()]
+    messages = dict.fromkeys(error.message for error in errors)
+    read_back_text = f"; read back were {', '.join(texts)}" if texts else ""
+    return type(errors[0])("; ".join(messages) + read_back_text, hint=errors[0].hint)
 
 
-def find(kind: str, name: str, known: Mapping[str, _Route]) -> _Route:
+def find(kind: str, name: str, routes: Mapping[str, _Route]) -> _Route:
     """Return the route of that name; raise DeviceRejectedError with the names that there are."""
-    if name not in known:
-        listing = ", ".join(known) or "none"
+    if name not in routes:
+        listing = ", ".join(routes) or "none"
         raise DeviceRejectedError(f"there is no {kind} '{name}'", hint=f"there are: {listing}")
-    return known[name]
+    return routes[name]

@@ -43,18 +43,18 @@ def make(settings: CompositeSettings, context: DeviceContext) -> Device:
     parts = {
         name: Part(name, context.role, device, context.patience) for name, device in devices.items()
     }
-    able: list[type[Composite]] = []
-    able += [Reads] if channels else []
-    able += [Observes] if readings else []
-    able += [Streams] if any(route.info.streams for route in channels.values()) else []
+    abilities: list[type[Composite]] = []
+    abilities += [Reads] if channels else []
+    abilities += [Observes] if readings else []
+    abilities += [Streams] if any(route.info.streams for route in channels.values()) else []
     swings = any(route.info.sets_cycle_frequency for route in drives.values())
-    able += [Pauses if swings else Sets] if drives else []
-    able += [
+    abilities += [Pauses if swings else Sets] if drives else []
+    abilities += [
         ability
-        for theirs, ability in ((CountsStreams, CountsPartsStreams), (KnowsTruth, KnowsPartsTruth))
-        if any(isinstance(device, theirs) for device in devices.values())
+        for type_, ability in ((CountsStreams, CountsPartsStreams), (KnowsTruth, KnowsPartsTruth))
+        if any(isinstance(device, type_) for device in devices.values())
     ]
-    kind = type("CompositeDevice", (*able, Composite), {})
+    kind = type("CompositeDevice", (*abilities, Composite), {})
     return cast(
         "Device", kind(context, parts, channels, drives, readings, settings.clocks, reference)
     )

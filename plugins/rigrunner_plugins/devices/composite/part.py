@@ -1,4 +1,4 @@
-"""One instrument of a composite: each call of it has a time limit, and its errors say its name."""
+"""One instrument of a composite: each call has a time limit, and errors begin with its name."""
 
 from __future__ import annotations
 
@@ -58,7 +58,7 @@ class Part:
     def call(self, what: str, function: Callable[[], _T], timeout_s: float | None = None) -> _T:
         """Return what the function returns; raise a DeviceError that names the part."""
         limit_s = self._patience.answer_s if timeout_s is None else timeout_s
-        with _named(self.name):
+        with _prefixing_errors(self.name):
             return self._caller.call(what, function, limit_s)
 
     @property
@@ -68,25 +68,25 @@ class Part:
 
     def ask(self, what: str, function: Callable[[], _T]) -> Future[_T]:
         """Begin a call and return at once; its `answer` is to be taken once it is done."""
-        with _named(self.name):
+        with _prefixing_errors(self.name):
             return self._caller.start(what, function)
 
-    def answer(self, asked: Future[_T]) -> _T:
+    def answer(self, future: Future[_T]) -> _T:
         """Return what a call that is done gave; raise a DeviceError that names the part."""
-        with _named(self.name):
-            return asked.result(0)
+        with _prefixing_errors(self.name):
+            return future.result(0)
 
     def connect(self, timeout_s: float) -> Identity:
-        """Open the connection and say who answers."""
-        found: Identity = self.call(
+        """Open the connection and return the identity."""
+        identity: Identity = self.call(
             "connect", lambda: self.device.connect(timeout_s), 2 * timeout_s
         )
-        return found
+        return identity
 
     def close(self) -> None:
         """Give the connection and the thread back."""
         try:
-            with _named(self.name):
+            with _prefixing_errors(self.name):
                 self._caller.call_urgently("close", self.device.close, self._patience.answer_s)
         finally:
             self._caller.stop()
@@ -97,8 +97,8 @@ class Part:
             readable = self.device
             return self.call("read", lambda: readable.read(channels))
         if self._streams:
-            told = f"{self.name}: {', '.join(channels)} cannot be read while it records"
-            raise DeviceRejectedError(told, hint="it gives single values by a stream of its own")
+            text = f"{self.name}: {', '.join(channels)} cannot be read while it records"
+            raise DeviceRejectedError(text, hint="it gives single values by a stream of its own")
         totals, samples = dict.fromkeys(channels, 0.0), 0
         for block in self.stream(channels, _GLANCE_S, _Never()):
             samples += block.samples
@@ -109,7 +109,7 @@ class Part:
         return {name: total / samples for name, total in totals.items()}
 
     def observe(self, readings: Sequence[str]) -> Mapping[str, Reading]:
-        """Return what is not a number."""
+        """Return the present value of each reading."""
         return self.call("read", lambda: self.device.observe(readings))
 
     def begin(self, drive: str, value: float) -> None:
@@ -120,7 +120,7 @@ class Part:
         info, device = self._drives[drive], self.device
         urgent = value == info.safe_value
         call = self._caller.call_urgently if urgent else self._caller.call
-        with _named(self.name):
+        with _prefixing_errors(self.name):
             what, limit_s = f"set {drive}", self._patience.answer_s
             if isinstance(device, Approaching):
                 move = partial(device.begin, drive, value)
@@ -129,13 +129,13 @@ class Part:
             call(what, move if self.is_inline else self._moving.next(what, move, limit_s), limit_s)
 
     def arrived(self, drive: str) -> bool:
-        """Say whether the drive is at its set-point, as the device itself sees it."""
+        """Return whether the drive is at its set-point, as the device itself sees it."""
         if not isinstance(self.device, Approaching):
             return True  # it was waited for
         return self.call(f"read back {drive}", lambda: bool(self.device.arrived(drive)))
 
     def read_back(self, drive: str) -> float:
-        """Return where a drive stands, as the device itself sees it."""
+        """Return the actual value of a drive, as the device itself reads it."""
         return self.call(f"read back {drive}", lambda: float(self.device.read_back(drive)))
 
     @property
@@ -151,8 +151,8 @@ class Part:
         """
         late.wait(ThreadCaller.grace_s)
         if not late.has_returned:
-            told = f"'{late.what}' was given up and has not come back: it may still move the drive"
-            raise DeviceRejectedError(f"{self.name}: {told}")
+            text = f"'{late.what}' was given up and has not come back: it may still move the drive"
+            raise DeviceRejectedError(f"{self.name}: {text}")
         return self.make_safe()
 
     def make_safe(self) -> Mapping[str, float]:
@@ -160,8 +160,8 @@ class Part:
 
         Raises a DeviceError where one of them is not read back there, named by the role or not.
         """
-        limit_s = self._patience.answer_s + sum(each.longest_s for each in self._drives.values())
-        with _named(self.name):
+        limit_s = self._patience.answer_s + sum(info.longest_s for info in self._drives.values())
+        with _prefixing_errors(self.name):
             read_back: Mapping[str, float] = self._caller.call_urgently(
                 "make safe", self.device.make_safe, limit_s
             )
@@ -169,8 +169,8 @@ class Part:
                 actual = read_back.get(name, nan)
                 # Not `>`: a read-back of NaN is not safe either.
                 if not abs(actual - info.safe_value) <= info.allowed_deviation:
-                    told = f"{name} reads back {actual:g}, safe is {info.safe_value:g} {info.unit}"
-                    raise DeviceRejectedError(told)
+                    text = f"{name} reads back {actual:g}, safe is {info.safe_value:g} {info.unit}"
+                    raise DeviceRejectedError(text)
         return read_back
 
     def stream(
@@ -185,23 +185,23 @@ class Part:
 
     @contextmanager
     def streaming(self) -> Iterator[None]:
-        """Hold that it streams: what gives single values by a stream cannot do so meanwhile."""
+        """Mark it as streaming: an instrument that only streams cannot be read meanwhile."""
         self._streams += 1
         try:
             yield
         finally:
             self._streams -= 1
 
-    def found(self) -> Mapping[str, tuple[float, str]]:
-        """Return what the device found of its last stream, by its own names."""
+    def stream_conditions(self) -> Mapping[str, tuple[float, str]]:
+        """Return what the device reports of its last stream, by its own names."""
         if not isinstance(self.device, KnowsStream):
             return {}
-        known = self.device
-        return self.call("tell of the stream", lambda: dict(known.stream_conditions()))
+        device = self.device
+        return self.call("tell of the stream", lambda: dict(device.stream_conditions()))
 
 
 @contextmanager
-def _named(part: str) -> Iterator[None]:
+def _prefixing_errors(part: str) -> Iterator[None]:
     try:
         yield
     except DeviceError as error:

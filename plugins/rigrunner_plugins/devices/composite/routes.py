@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 from rigrunner.api import PluginError, Readable, Settable, Streaming, unit
 from rigrunner.api.devices import Observing
-from rigrunner_plugins.devices.channels import named
+from rigrunner_plugins.devices.channels import info_of
 from rigrunner_plugins.devices.composite.settings import DriveSource, split
 
 if TYPE_CHECKING:
@@ -62,11 +62,11 @@ def reading_routes(
     """Return the routes of all readings; raise PluginError if a part does not have one."""
     routes: dict[str, ReadingRoute] = {}
     for name, place in settings.readings.items():
-        part, there = split(place)
+        part, local_name = split(place)
         device = parts[part]
-        known = device.readings if isinstance(device, Observing) else ()
-        info = named(known, there, f"reading {name}: the part '{part}' has no reading")
-        routes[name] = ReadingRoute(replace(info, name=name), part, there)
+        infos = device.readings if isinstance(device, Observing) else ()
+        info = info_of(infos, local_name, f"reading {name}: the part '{part}' has no reading")
+        routes[name] = ReadingRoute(replace(info, name=name), part, local_name)
     return routes
 
 
@@ -86,7 +86,7 @@ def reference_of(
     Raises PluginError if this part does not stream, or is not the fastest one, since a faster one
     would be decimated without a filter; or if a part does not stream its common signal.
     """
-    streaming = list(dict.fromkeys(each.part for each in channels.values() if each.info.streams))
+    streaming = list(dict.fromkeys(route.part for route in channels.values() if route.info.streams))
     rates = {
         name: device.sample_rate_hz
         for name in streaming
@@ -96,8 +96,8 @@ def reference_of(
     if not reference:
         return ""
     if reference not in rates:
-        known = ", ".join(rates) or "none"
-        raise PluginError(f"clocks: {reference} streams no channel", hint=f"those that do: {known}")
+        names = ", ".join(rates) or "none"
+        raise PluginError(f"clocks: {reference} streams no channel", hint=f"those that do: {names}")
     fastest = max(rates, key=lambda name: rates[name])
     if rates[fastest] > rates[reference]:
         raise PluginError(
@@ -113,36 +113,36 @@ def reference_of(
 
 
 def _channel(what: str, name: str, place: str, parts: Mapping[str, Device]) -> ChannelRoute:
-    part, there = split(place)
+    part, local_name = split(place)
     device = parts[part]
-    info = named(device.channels, there, f"{what}: the part '{part}' has no channel")
+    info = info_of(device.channels, local_name, f"{what}: the part '{part}' has no channel")
     if not isinstance(device, (Readable, Streaming)):
         raise PluginError(f"{what}: {part} gives neither single values nor recordings")
     streams = info.streams and isinstance(device, Streaming)
-    return ChannelRoute(replace(info, name=name, streams=streams), part, there)
+    return ChannelRoute(replace(info, name=name, streams=streams), part, local_name)
 
 
 def _drive(
     what: str, name: str, source: str | DriveSource, parts: Mapping[str, Device]
 ) -> DriveRoute:
     place = source.set if isinstance(source, DriveSource) else source
-    part, there = split(place)
+    part, local_name = split(place)
     device = parts[part]
     info = replace(
-        named(device.drives, there, f"{what}: the part '{part}' has no drive"), name=name
+        info_of(device.drives, local_name, f"{what}: the part '{part}' has no drive"), name=name
     )
     if not isinstance(device, Settable):
         raise PluginError(f"{what}: {part} cannot be set")
     if not isinstance(source, DriveSource):
-        return DriveRoute(info, part, there)
-    channel = _channel(what, there, source.read_back, parts)
+        return DriveRoute(info, part, local_name)
+    channel = _channel(what, local_name, source.read_back, parts)
     if channel.info.unit != info.unit:
         raise PluginError(
             f"{what}: it is set in {info.unit}, but {source.read_back} reads {channel.info.unit}"
         )
     tolerance = source.tolerance
     if tolerance is None:
-        return DriveRoute(info, part, there, channel)
+        return DriveRoute(info, part, local_name, channel)
     if tolerance.dimension != unit(info.unit).dimension:
         raise PluginError(f"{what}: tolerance is '{tolerance}', it is set in {info.unit}")
-    return DriveRoute(replace(info, tolerance=tolerance.si), part, there, channel)
+    return DriveRoute(replace(info, tolerance=tolerance.si), part, local_name, channel)

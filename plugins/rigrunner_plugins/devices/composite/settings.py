@@ -87,17 +87,17 @@ class CompositeSettings(MadeOfOthers):
         refuse_shared_names(self.channels, self.readings)
         for what, place in self._places():
             if split(place)[0] not in self.parts:
-                known = ", ".join(self.parts)
-                raise ValueError(f"{what}: '{place}' belongs to no part; the parts are: {known}")
+                names = ", ".join(self.parts)
+                raise ValueError(f"{what}: '{place}' belongs to no part; the parts are: {names}")
         return self
 
     @model_validator(mode="after")
     def _compares_its_parts(self) -> Self:
-        named = [*self.clocks.common, *([self.clocks.reference] if self.clocks.reference else [])]
-        for part in named:
+        names = [*self.clocks.common, *([self.clocks.reference] if self.clocks.reference else [])]
+        for part in names:
             if part not in self.parts:
-                known = ", ".join(self.parts)
-                raise ValueError(f"clocks: there is no part '{part}'; the parts are: {known}")
+                part_names = ", ".join(self.parts)
+                raise ValueError(f"clocks: there is no part '{part}'; the parts are: {part_names}")
         return self
 
     def _places(self) -> Iterator[tuple[str, str]]:

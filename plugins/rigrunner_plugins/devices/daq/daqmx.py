@@ -21,7 +21,7 @@ from rigrunner_plugins.devices.daq.settings import (
     TorqueChannel,
     VoltageOutput,
 )
-from rigrunner_plugins.devices.extras import missing
+from rigrunner_plugins.devices.extras import missing_package
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
@@ -81,20 +81,20 @@ def library() -> Any:
         import nidaqmx.stream_readers  # noqa: PLC0415  (an optional package)
         import nidaqmx.system  # noqa: PLC0415  (an optional package)
     except ImportError as error:
-        raise missing("nidaqmx", "daq") from error
+        raise missing_package("nidaqmx", "daq") from error
     return nidaqmx
 
 
 def facts(device: str) -> Facts:
     """Return who a device is; raise a DeviceError where driver or device are not there."""
     ni = library()
-    with mapped(f"look for {device}"):
+    with daq_errors(f"look for {device}"):
         version = ni.system.System.local().driver_version
-        found = ni.system.Device(device)
+        ni_device = ni.system.Device(device)
         return Facts(
-            model=found.product_type,
-            serial=f"{found.serial_num:X}",
-            simulated=bool(found.is_simulated),
+            model=ni_device.product_type,
+            serial=f"{ni_device.serial_num:X}",
+            simulated=bool(ni_device.is_simulated),
             driver=".".join(str(part) for part in version),
         )
 
@@ -114,7 +114,7 @@ class Acquisition:
         self._encoders: dict[str, Any] = {}
         self._task: Any = None
         try:
-            with mapped("set up the channels"):
+            with daq_errors("set up the channels"):
                 self._set_up()
         except BaseException:
             self.close()
@@ -124,28 +124,28 @@ class Acquisition:
     def rate_hz(self) -> float:
         """The rate that the device really samples at."""
         task = self._task or next(iter(self._encoders.values()))
-        with mapped("set up the sample clock"):
+        with daq_errors("set up the sample clock"):
             return float(task.timing.samp_clk_rate)
 
     def filters(self) -> dict[str, tuple[float, str]]:
-        """Return the delay and the corner of each analogue channel's filter, where it tells them.
+        """Return the delay and the corner of each analogue channel's filter, if it reports them.
 
         By '<channel>_filter_delay' in s and '<channel>_filter_corner' in Hz.
         """
-        found: dict[str, tuple[float, str]] = {}
+        conditions: dict[str, tuple[float, str]] = {}
         units = self._ni.constants.DigitalWidthUnits.SECONDS
         for name in self._analog:
             channel = self._task.ai_channels[name]
-            with suppress(DeviceError), mapped("read the filter"):  # many devices have none
+            with suppress(DeviceError), daq_errors("read the filter"):  # many devices have none
                 channel.ai_filter_delay_units = units
-                found[f"{name}_filter_delay"] = (float(channel.ai_filter_delay), "s")
-            with suppress(DeviceError), mapped("read the filter"):
-                found[f"{name}_filter_corner"] = (float(channel.ai_lowpass_cutoff_freq), "Hz")
-        return found
+                conditions[f"{name}_filter_delay"] = (float(channel.ai_filter_delay), "s")
+            with suppress(DeviceError), daq_errors("read the filter"):
+                conditions[f"{name}_filter_corner"] = (float(channel.ai_lowpass_cutoff_freq), "Hz")
+        return conditions
 
     def start(self) -> None:
         """Start the counters, then the analogue inputs whose clock they follow."""
-        with mapped("start"):
+        with daq_errors("start"):
             for task in self._encoders.values():
                 task.start()
             if self._task is not None:
@@ -155,7 +155,7 @@ class Acquisition:
         """Return the next samples of each channel, shape (n,): volts, N·m or rad."""
         readers = self._ni.stream_readers
         values: dict[str, Array] = {}
-        with mapped("read", running=True):
+        with daq_errors("read", running=True):
             if self._task is not None:
                 block = np.empty((len(self._analog), samples), dtype=np.float64)
                 reader = readers.AnalogMultiChannelReader(self._task.in_stream)
@@ -170,7 +170,7 @@ class Acquisition:
 
     def close(self) -> None:
         """Stop and clear the tasks, whatever state they are in."""
-        with suppress(DeviceError), mapped("close", running=True):  # a device that is gone is
+        with suppress(DeviceError), daq_errors("close", running=True):  # a device that is gone is
             self._open.close()
 
     def _set_up(self) -> None:
@@ -181,12 +181,12 @@ class Acquisition:
             else:
                 self._task = self._task or self._new_task()
                 if isinstance(channel, TorqueChannel):
-                    added = self._add_torque(self._task, name, channel)
+                    ni_channel = self._add_torque(self._task, name, channel)
                 else:
-                    added = self._add_voltage(self._task, name, channel)
+                    ni_channel = self._add_voltage(self._task, name, channel)
                 self._analog.append(name)
                 if self._settings.remove_filter_delay:
-                    added.ai_remove_filter_delay = True
+                    ni_channel.ai_remove_filter_delay = True
         continuous = {
             "sample_mode": self._ni.constants.AcquisitionType.CONTINUOUS,
             "samps_per_chan": round(self._settings.rate * self._settings.buffer),
@@ -215,7 +215,7 @@ class Acquisition:
     def _add_torque(self, task: Any, name: str, channel: TorqueChannel) -> Any:
         constants = self._ni.constants
         ratios, torques = ([*column] for column in zip(*channel.table, strict=True))
-        known = {
+        arguments = {
             "name_to_assign_to_channel": name,
             "min_val": -channel.range,
             "max_val": channel.range,
@@ -229,7 +229,7 @@ class Acquisition:
         }
         if len(ratios) > 2:  # noqa: PLR2004  (a line has two points)
             return task.ai_channels.add_ai_torque_bridge_table_chan(
-                channel.source, electrical_vals=ratios, physical_vals=torques, **known
+                channel.source, electrical_vals=ratios, physical_vals=torques, **arguments
             )
         return task.ai_channels.add_ai_torque_bridge_two_point_lin_chan(
             channel.source,
@@ -237,7 +237,7 @@ class Acquisition:
             second_electrical_val=ratios[1],
             first_physical_val=torques[0],
             second_physical_val=torques[1],
-            **known,
+            **arguments,
         )
 
     def _add_encoder(self, task: Any, name: str, channel: EncoderChannel) -> None:
@@ -264,7 +264,7 @@ class Outputs:
         self._open = ExitStack()
         self._tasks: dict[str, Any] = {}
         try:
-            with mapped("set up the outputs"):
+            with daq_errors("set up the outputs"):
                 for name, drive in drives.items():
                     self._tasks[name] = self._new(name, drive)
         except BaseException:
@@ -274,17 +274,17 @@ class Outputs:
     def write(self, name: str, number: float) -> None:
         """Give out a voltage in V, or a line's level."""
         level = bool(number) if isinstance(self._drives[name], DigitalOutput) else float(number)
-        with mapped(f"write {name}", running=True):
+        with daq_errors(f"write {name}", running=True):
             self._tasks[name].write(level, auto_start=True)
 
     def read_line(self, name: str) -> float:
         """Return the level that a line has, as the device reads it."""
-        with mapped(f"read {name}", running=True):
+        with daq_errors(f"read {name}", running=True):
             return float(bool(self._tasks[name].read()))
 
     def close(self) -> None:
         """Clear the tasks; the device defines the values of its outputs after that."""
-        with suppress(DeviceError), mapped("close", running=True):  # a device that is gone is
+        with suppress(DeviceError), daq_errors("close", running=True):  # a device that is gone is
             self._open.close()
 
     def _new(self, name: str, drive: VoltageOutput | DigitalOutput) -> Any:
@@ -293,7 +293,7 @@ class Outputs:
             task.do_channels.add_do_chan(drive.source, name_to_assign_to_lines=name)
         else:
             # A negative scale swaps the ends of the range.
-            ends = sorted(drive.from_si(each.si) for each in (drive.min, drive.max))
+            ends = sorted(drive.from_si(limit.si) for limit in (drive.min, drive.max))
             task.ao_channels.add_ao_voltage_chan(
                 drive.source, name_to_assign_to_channel=name, min_val=ends[0], max_val=ends[1]
             )
@@ -301,21 +301,21 @@ class Outputs:
 
 
 @contextmanager
-def mapped(what: str, *, running: bool = False) -> Iterator[None]:
+def daq_errors(what: str, *, running: bool = False) -> Iterator[None]:
     """Raise a DeviceError for what the library raises; `running`: a device that was there."""
     from nidaqmx import errors  # noqa: PLC0415  (an optional package)
 
     try:
         yield
     except (errors.DaqNotFoundError, errors.DaqNotSupportedError) as error:
-        raise DeviceNotFoundError(f"{what}: {_first(error)}", hint=NO_DRIVER) from error
+        raise DeviceNotFoundError(f"{what}: {_summary(error)}", hint=NO_DRIVER) from error
     except errors.DaqError as error:
-        raise _of_code(what, error.error_type.name, _first(error), running=running) from error
+        raise _coded_error(what, error.error_type.name, _summary(error), running=running) from error
     except errors.Error as error:
-        raise DeviceRejectedError(f"{what}: {_first(error)}") from error
+        raise DeviceRejectedError(f"{what}: {_summary(error)}") from error
 
 
-def _of_code(what: str, code: str, words: str, *, running: bool) -> DeviceError:
+def _coded_error(what: str, code: str, words: str, *, running: bool) -> DeviceError:
     if code in OVERRUN:
         return DeviceLostError(
             f"{what}: samples were lost, they came faster than they were read: {words}",
@@ -332,6 +332,6 @@ def _of_code(what: str, code: str, words: str, *, running: bool) -> DeviceError:
     return DeviceRejectedError(f"{what}: {words}")
 
 
-def _first(error: Exception) -> str:
-    """Return the first sentence of what the driver says; it adds paragraphs of properties."""
+def _summary(error: Exception) -> str:
+    """Return the first line of the driver's message; paragraphs of properties follow it."""
     return str(error).strip().partition("\n")[0].rstrip(".")

@@ -57,31 +57,31 @@ class Daq(Driver):
     def open(self, timeout_s: float) -> Identity:  # noqa: ARG002  (the driver has its own)
         """Find the device, try its channels once, and refuse another one or another rate."""
         self.shut()
-        found = facts(self._settings.device)
+        info = facts(self._settings.device)
         expected = self._settings.expect
-        told = {"model": (expected.model, found.model), "serial": (expected.serial, found.serial)}
-        for what, (wanted, has) in told.items():
-            if wanted is not None and wanted.strip().upper() != has.upper():
+        parts = {"model": (expected.model, info.model), "serial": (expected.serial, info.serial)}
+        for key, (stated, actual) in parts.items():
+            if stated is not None and stated.strip().upper() != actual.upper():
                 raise DeviceNotFoundError(
-                    f"{self._settings.device} has the {what} '{has}', expected '{wanted}'",
-                    hint="see device and expect in the station, and the names in NI MAX",
+                    f"{self._settings.device} has the {key} '{actual}', expected '{stated}'",
+                    hint="see info and expect in the station, and the names in NI MAX",
                 )
-        tried = Acquisition(self._settings)
+        acquisition = Acquisition(self._settings)
         try:
-            found_hz, wanted_hz = tried.rate_hz, self.sample_rate_hz
-            if abs(found_hz / wanted_hz - 1) > RATE_AGREES:
+            actual_hz, stated_hz = acquisition.rate_hz, self.sample_rate_hz
+            if abs(actual_hz / stated_hz - 1) > RATE_AGREES:
                 raise DeviceRejectedError(
-                    f"{self._settings.device} cannot sample at {wanted_hz:g} Hz:"
-                    f" the nearest rate is {found_hz:.6f} Hz",
-                    hint=f"write 'rate: {found_hz!r} Hz' in the station",
+                    f"{self._settings.device} cannot sample at {stated_hz:g} Hz:"
+                    f" the nearest rate is {actual_hz:.6f} Hz",
+                    hint=f"write 'rate: {actual_hz!r} Hz' in the station",
                 )
-            self._filters = tried.filters()
+            self._filters = acquisition.filters()
         finally:
-            tried.close()
+            acquisition.close()
         self._outputs = Outputs(self._settings.drives)
-        firmware = f"NI-DAQmx {found.driver}"
+        firmware = f"NI-DAQmx {info.driver}"
         return Identity(
-            "National Instruments", found.model, found.serial, firmware, simulated=found.simulated
+            "National Instruments", info.model, info.serial, firmware, simulated=info.simulated
         )
 
     def shut(self) -> None:
@@ -115,7 +115,7 @@ class Daq(Driver):
         self._written[drive] = value
 
     def actual(self, drive: str) -> float:
-        """Return what the channel of its read-back says, the level of its line, or its set-point.
+        """Return the value of its read-back channel, the level of its line, or its set-point.
 
         Raises DeviceRejectedError where nothing says it and nothing was written yet.
         """
@@ -140,7 +140,7 @@ class Daq(Driver):
         return self._blocks(channels, duration_s, stop)
 
     def stream_conditions(self) -> Mapping[str, tuple[float, str]]:
-        """Return delay and corner of each channel's filter, as far as the device tells them."""
+        """Return delay and corner of each channel's filter, as far as the device reports them."""
         return self._filters
 
     def _blocks(
@@ -165,7 +165,7 @@ class Daq(Driver):
         raw = acquisition.read(samples, BLOCK_S + ANSWER_S)
         settings = self._settings.channels
         values = {name: settings[name].to_si(numbers) for name, numbers in raw.items()}
-        self._newest = {name: float(np.mean(each)) for name, each in values.items()}
+        self._newest = {name: float(np.mean(samples)) for name, samples in values.items()}
         return values
 
     def _glance(self) -> Mapping[str, float]:

@@ -61,11 +61,11 @@ class TorqueChannel(Settings):
     @property
     def table(self) -> tuple[tuple[float, float], ...]:
         """The characteristic as (mV/V, N·m), by rising ratio; a sensitivity begins at 0."""
-        found = [(1e3 * each.ratio, each.torque) for each in self.points]
-        return tuple(sorted([(0.0, 0.0), *found] if len(found) == 1 else found))
+        points = [(1e3 * point.ratio, point.torque) for point in self.points]
+        return tuple(sorted([(0.0, 0.0), *points] if len(points) == 1 else points))
 
     def info(self, name: str) -> ChannelInfo:
-        """Return what others are to know of the channel."""
+        """Return the description of the channel."""
         return ChannelInfo(name, "N·m", self.title or name)
 
     def to_si(self, numbers: Array) -> Array:
@@ -124,7 +124,7 @@ class EncoderChannel(Settings):
     """Name in plots and reports."""
 
     def info(self, name: str) -> ChannelInfo:
-        """Return what others are to know of the channel."""
+        """Return the description of the channel."""
         return ChannelInfo(name, "rad", self.title or name)
 
     def to_si(self, numbers: Array) -> Array:
@@ -207,8 +207,8 @@ class DaqSettings(Settings):
                 " none; add one, or name a sample_clock"
             )
         for name, drive in self.drives.items():
-            wanted = drive.read_back if isinstance(drive, VoltageOutput) else None
-            if wanted is not None and wanted not in self.channels:
-                known = ", ".join(self.channels)
-                raise ValueError(f"drive {name}: read_back: no channel '{wanted}': {known}")
+            read_back = drive.read_back if isinstance(drive, VoltageOutput) else None
+            if read_back is not None and read_back not in self.channels:
+                names = ", ".join(self.channels)
+                raise ValueError(f"drive {name}: read_back: no channel '{read_back}': {names}")
         return self

@@ -1,1 +1,1 @@
-"""Any other device with faults put into what it answers and streams."""
+"""Any other device with faults injected into its answers and streams."""

@@ -14,12 +14,12 @@ HINT = "a fault that the station injects"
 
 
 def affect(fault: FaultSettings, call: Call, clock: Clock) -> None:
-    """Let a call fail or wait as the fault says; nothing where the fault is of another kind."""
+    """Let a call fail or wait by the fault; do nothing if the fault is of another kind."""
     if fault.kind in ("timeout", "late"):
         clock.sleep(fault.extent_si)
     if fault.kind == "timeout":
-        told = f"'{call}' was not answered within {fault.extent_si:g} s"
-        raise DeviceTimeoutError(told, hint=HINT)
+        message = f"'{call}' was not answered within {fault.extent_si:g} s"
+        raise DeviceTimeoutError(message, hint=HINT)
     if fault.kind == "lost":
         raise DeviceLostError(f"the connection broke in '{call}'", hint=HINT)
     if fault.kind == "rejected":

@@ -36,12 +36,12 @@ def spoilt_blocks(
         return
     total = max(1, ceil(samples / max(first.samples, 1)))
     chosen = int(rng.integers(1, total)) if total > 1 else 0
-    whole = chain([first], blocks)
+    all_blocks = chain([first], blocks)
     spoil = _SPOILS.get(fault.kind)
     if spoil is not None:
-        yield from spoil(fault, whole, chosen)
+        yield from spoil(fault, all_blocks, chosen)
         return
-    for index, block in enumerate(whole):
+    for index, block in enumerate(all_blocks):
         if index == chosen:
             affect(fault, "stream", clock)
         yield block
@@ -61,27 +61,27 @@ def _repeated(fault: FaultSettings, blocks: Iterator[Block], chosen: int) -> Ite
 
 
 def _wrong_order(fault: FaultSettings, blocks: Iterator[Block], chosen: int) -> Iterator[Block]:  # noqa: ARG001  (no extent)
-    held: Block | None = None
+    delayed: Block | None = None
     for index, block in enumerate(blocks):
         if index == max(chosen - 1, 0):
-            held = block
+            delayed = block
             continue
         yield block
-        if held is not None:
-            yield held
-            held = None
-    if held is not None:
-        yield held
+        if delayed is not None:
+            yield delayed
+            delayed = None
+    if delayed is not None:
+        yield delayed
 
 
 def _time_back(fault: FaultSettings, blocks: Iterator[Block], chosen: int) -> Iterator[Block]:
     for index, block in enumerate(blocks):
-        late = index >= chosen
-        yield replace(block, monotonic_s=block.monotonic_s - late * fault.extent_si)
+        is_late = index >= chosen
+        yield replace(block, monotonic_s=block.monotonic_s - is_late * fault.extent_si)
 
 
 def _gap(fault: FaultSettings, blocks: Iterator[Block], chosen: int) -> Iterator[Block]:
-    """Count on as if no sample were missing; the times tell, where the gap is not hidden."""
+    """Count on as if no sample were missing; the times show it, unless the gap is hidden."""
     begin = end = -1
     for index, block in enumerate(blocks):
         gap = max(1, round(fault.extent_si * block.rate_hz))
@@ -90,14 +90,14 @@ def _gap(fault: FaultSettings, blocks: Iterator[Block], chosen: int) -> Iterator
         if begin < 0:
             yield block
             continue
-        left = _from(block, end)
-        if left is not None:
+        remaining = _tail(block, end)
+        if remaining is not None:
             shift_s = gap / block.rate_hz if fault.kind == "hidden gap" else 0.0
-            at_s = left.monotonic_s - shift_s
-            yield replace(left, first_sample=left.first_sample - gap, monotonic_s=at_s)
+            at_s = remaining.monotonic_s - shift_s
+            yield replace(remaining, first_sample=remaining.first_sample - gap, monotonic_s=at_s)
 
 
-def _from(block: Block, sample: int) -> Block | None:
+def _tail(block: Block, sample: int) -> Block | None:
     """Return what of a block comes from that sample on."""
     skip = max(sample - block.first_sample, 0)
     if skip >= block.samples:

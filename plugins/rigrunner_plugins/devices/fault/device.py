@@ -29,7 +29,7 @@ from rigrunner.api.devices import (
 )
 from rigrunner.api.samples import as_samples
 from rigrunner.api.units import with_article
-from rigrunner_plugins.devices.channels import named
+from rigrunner_plugins.devices.channels import info_of
 from rigrunner_plugins.devices.fault.answers import HINT, affect
 from rigrunner_plugins.devices.fault.blocks import extra_s, spoilt_blocks
 from rigrunner_plugins.devices.fault.samples import KINDS, Stream, spoil_for
@@ -59,24 +59,24 @@ def check_faults(faults: Iterable[FaultSettings], device: Device) -> None:
         where = f"fault {number} ({fault.kind})"
         no_drive = f"{where}: the device has no drive"
         if fault.drive:
-            named(device.drives, fault.drive, no_drive)
+            info_of(device.drives, fault.drive, no_drive)
         for name, value in fault.at.items():
-            _check_unit(where, "at", value.dimension, named(device.drives, name, no_drive))
+            _check_unit(where, "at", value.dimension, info_of(device.drives, name, no_drive))
         if fault.kind == "wrong frequency" and not any(
             drive.sets_cycle_frequency for drive in device.drives
         ):
             raise PluginError(f"{where}: the device has no drive that sets a frequency")
         if fault.call == "stream":
-            channel = named(device.channels, fault.channel, f"{where}: the device has no channel")
+            channel = info_of(device.channels, fault.channel, f"{where}: the device has no channel")
             if NATURES[fault.kind].dimension == CHANNELS_UNIT and fault.extent is not None:
                 _check_unit(where, "extent", fault.extent.dimension, channel)
 
 
 def _check_unit(where: str, field: str, got: str, info: ChannelInfo | DriveInfo) -> None:
-    wanted = unit(info.unit).dimension
-    if got != wanted:
+    expected = unit(info.unit).dimension
+    if got != expected:
         raise PluginError(
-            f"{where}: {field}: got {with_article(got)}, {info.name} takes {with_article(wanted)}"
+            f"{where}: {field}: got {with_article(got)}, {info.name} takes {with_article(expected)}"
         )
 
 
@@ -91,12 +91,12 @@ class Occasions:
         self._faults = tuple(faults)
         self._seed = seed
         self._calls: Counter[int] = Counter()
-        self._there: Counter[tuple[int, str]] = Counter()
+        self._at_place: Counter[tuple[int, str]] = Counter()
 
     def begin(self) -> None:
         """Count again."""
         self._calls.clear()
-        self._there.clear()
+        self._at_place.clear()
 
     def due(
         self, call: Call, set_points: Mapping[str, float], drive: str = ""
@@ -107,14 +107,14 @@ class Occasions:
             if fault.call != call or fault.drive not in ("", drive):
                 continue
             if not all(
-                math.isclose(set_points[name], wanted.si, rel_tol=1e-6)
-                for name, wanted in fault.at.items()
+                math.isclose(set_points[name], quantity.si, rel_tol=1e-6)
+                for name, quantity in fault.at.items()
             ):
                 continue
             self._calls[index] += 1
-            self._there[index, place] += 1
+            self._at_place[index, place] += 1
             words = zlib.crc32(place.encode())
-            rng = np.random.default_rng([self._seed, index, words, self._there[index, place]])
+            rng = np.random.default_rng([self._seed, index, words, self._at_place[index, place]])
             chance = rng.uniform()
             chosen = not fault.calls or self._calls[index] in fault.calls
             if chosen and chance < fault.probability:
@@ -128,8 +128,8 @@ def make(settings: FaultyDeviceSettings, context: DeviceContext) -> Device:
     """
     inner = context.make(settings.plugin, settings.settings)
     check_faults(settings.faults, inner)
-    able = [part for ability, part in _PARTS.items() if isinstance(inner, ability)]
-    kind = type("FaultyDevice", (*able, FaultyDevice), {})
+    abilities = [mixin for ability, mixin in _PARTS.items() if isinstance(inner, ability)]
+    kind = type("FaultyDevice", (*abilities, FaultyDevice), {})
     return cast("Device", kind(settings, context, inner))
 
 
@@ -166,7 +166,7 @@ class FaultyDevice:
 
     @property
     def reads_back_while_streaming(self) -> bool:
-        """Whether the wrapped device says so."""
+        """Whether the wrapped device does."""
         return bool(getattr(self._inner, "reads_back_while_streaming", False))
 
     def connect(self, timeout_s: float) -> Identity:
@@ -228,15 +228,15 @@ class _FaultySettable(FaultyDevice):
         due = {fault.kind: fault for fault in self._apply("set", drive)}
         if "stuck" in due:
             return
-        given = value
-        info = next((each for each in self.drives if each.name == drive), None)
+        applied = value
+        info = next((candidate for candidate in self.drives if candidate.name == drive), None)
         if "wrong frequency" in due and info is not None and info.sets_cycle_frequency:
             wrong = value * (1 + due["wrong frequency"].extent_si)
-            given = min(max(wrong, info.minimum), info.maximum)
-        self._inner.set(drive, given)
+            applied = min(max(wrong, info.minimum), info.maximum)
+        self._inner.set(drive, applied)
         # The drive believes that it is where it was set: only the recording shows the wrong
         # frequency.
-        self._scales[drive] = given / value if value else 1.0
+        self._scales[drive] = applied / value if value else 1.0
         self._set_points[drive] = value
 
     def read_back(self, drive: str) -> float:
@@ -289,7 +289,7 @@ class _FaultyStreaming(FaultyDevice):
 
 class _FaultyKnowsStream(_FaultyStreaming):
     def stream_conditions(self) -> Mapping[str, tuple[float, str]]:
-        """Return what the wrapped device found of its last stream."""
+        """Return what the wrapped device reports of its last stream."""
         return cast("Mapping[str, tuple[float, str]]", self._inner.stream_conditions())
 
 
@@ -307,7 +307,7 @@ class _FaultyPausable(FaultyDevice):
 
 class _FaultyCountsStreams(FaultyDevice):
     def continue_after(self, streams: Sequence[Mapping[str, float]]) -> None:
-        """Tell the wrapped device what was streamed before."""
+        """Pass the earlier streams to the wrapped device."""
         self._inner.continue_after(streams)
 
 
@@ -318,7 +318,7 @@ class _FaultyObserving(FaultyDevice):
         return cast("Sequence[ReadingInfo]", self._inner.readings)
 
     def observe(self, readings: Sequence[str]) -> Mapping[str, Reading]:
-        """Return what the wrapped device tells; the faults are of numbers."""
+        """Return the readings of the wrapped device; the faults are of numbers."""
         self._need_connection("observe")
         return cast("Mapping[str, Reading]", self._inner.observe(readings))
 
@@ -354,7 +354,7 @@ def _with_samples(blocks: Iterator[Block], channel: str, spoil: Spoil) -> Iterat
         try:
             values = as_samples(block.channels[channel])
         except TypeError as error:
-            told = f"{channel}: the samples are {error}, expected real numbers"
-            raise DeviceRejectedError(told) from error
+            message = f"{channel}: the samples are {error}, expected real numbers"
+            raise DeviceRejectedError(message) from error
         spoilt = spoil(block.first_sample, values)
         yield replace(block, channels={**block.channels, channel: spoilt})

@@ -43,11 +43,11 @@ def spoil_for(fault: FaultSettings, stream: Stream, rng: np.random.Generator) ->
 
 
 def _nan(fault: FaultSettings, stream: Stream, rng: np.random.Generator) -> Spoil:
-    lost = _places(fault, stream, rng)
+    indices = _places(fault, stream, rng)
 
     def spoil(first: int, values: Array) -> Array:
-        here = _within(lost, first, values)
-        return _replaced(values, lost[here] - first, np.nan)
+        part = _within(indices, first, values)
+        return _replaced(values, indices[part] - first, np.nan)
 
     return spoil
 
@@ -57,9 +57,9 @@ def _spikes(fault: FaultSettings, stream: Stream, rng: np.random.Generator) -> S
     sizes = rng.uniform(0.5, 1.0, len(places)) * rng.choice([-1.0, 1.0], len(places))
 
     def spoil(first: int, values: Array) -> Array:
-        here = _within(places, first, values)
-        index = places[here] - first
-        return _replaced(values, index, values[index] + fault.extent_si * sizes[here])
+        part = _within(places, first, values)
+        index = places[part] - first
+        return _replaced(values, index, values[index] + fault.extent_si * sizes[part])
 
     return spoil
 
@@ -67,15 +67,15 @@ def _spikes(fault: FaultSettings, stream: Stream, rng: np.random.Generator) -> S
 def _stuck(fault: FaultSettings, stream: Stream, rng: np.random.Generator) -> Spoil:
     length = max(2, round(fault.part * stream.samples))
     begin = int(rng.integers(max(stream.samples - length, 0) + 1))
-    held: list[float] = []
+    stuck_at: list[float] = []
 
     def spoil(first: int, values: Array) -> Array:
         index = np.arange(max(begin - first, 0), max(min(begin + length - first, len(values)), 0))
         if not len(index):
             return values
         # The first one counts: what stood there when it got stuck, also in the blocks that follow.
-        held.append(float(values[index[0]]))
-        return _replaced(values, index, held[0])
+        stuck_at.append(float(values[index[0]]))
+        return _replaced(values, index, stuck_at[0])
 
     return spoil
 

@@ -121,15 +121,15 @@ class FaultSettings(Settings):
             allowed = ", ".join(nature.calls)
             raise ValueError(f"'{self.kind}' does not affect '{self.call}', allowed: {allowed}")
         if self.extent is None and nature.dimension and nature.default_si is None:
-            what = nature.dimension.replace("of the channel", "quantity in the channel's unit")
-            raise ValueError(f"'{self.kind}' needs an extent: a {what}")
+            kind = nature.dimension.replace("of the channel", "quantity in the channel's unit")
+            raise ValueError(f"'{self.kind}' needs an extent: a {kind}")
         if self.extent is not None and not nature.dimension:
             raise ValueError(f"'{self.kind}' has no extent, got '{self.extent}'")
         # That of the channel is checked once the device is known.
-        wanted = nature.dimension
-        if self.extent is not None and wanted not in (CHANNELS_UNIT, self.extent.dimension):
+        dimension = nature.dimension
+        if self.extent is not None and dimension not in (CHANNELS_UNIT, self.extent.dimension):
             raise ValueError(
-                f"'{self.kind}': extent: got '{self.extent}', expected {with_article(wanted)}"
+                f"'{self.kind}': extent: got '{self.extent}', expected {with_article(dimension)}"
             )
         return self
 

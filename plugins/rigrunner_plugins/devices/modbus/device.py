@@ -18,9 +18,9 @@ from rigrunner.api import (
 from rigrunner.api.cleanup import do_all
 from rigrunner.api.driver import check_patience
 from rigrunner_plugins.devices.declared import channel_infos, drive_infos, reading_infos
-from rigrunner_plugins.devices.extras import missing
+from rigrunner_plugins.devices.extras import missing_package
 from rigrunner_plugins.devices.modbus.grouping import MOST_REGISTERS, Span, spans
-from rigrunner_plugins.devices.modbus.places import span
+from rigrunner_plugins.devices.modbus.places import address_text
 from rigrunner_plugins.devices.modbus.settings import Tcp
 
 if TYPE_CHECKING:
@@ -35,7 +35,7 @@ if TYPE_CHECKING:
 
 
 class Heartbeat:
-    """Tells the instrument from `start` to `stop` that this program lives and the line holds.
+    """Shows the instrument from `start` to `stop` that this program and the line are alive.
 
     It is no proof of more: it runs in a thread of its own. Where a beat fails the line is closed,
     with the reason.
@@ -81,7 +81,7 @@ _BASIC_OBJECTS = range(3)
 class ModbusDevice(Driver):
     """Reads channels in as few requests as sensible, and writes set-points with their commands."""
 
-    reconnects_after = (DeviceLostError,)  # each answer says which question it answers
+    reconnects_after = (DeviceLostError,)  # each answer names its request
 
     def __init__(self, settings: ModbusSettings, context: DeviceContext) -> None:
         super().__init__(context, channel_infos(settings.channels), drive_infos(settings.drives))
@@ -95,7 +95,7 @@ class ModbusDevice(Driver):
         self._moment_s = 0.0
 
     def open(self, timeout_s: float) -> Identity:
-        """Connect, ask who answers, and keep the watchdog content from then on."""
+        """Connect, identify the instrument, and serve its watchdog from then on."""
         self.shut()
         self.exchange("connect", lambda: self._open_line(timeout_s))
         identity = self._identify()
@@ -116,7 +116,7 @@ class ModbusDevice(Driver):
             self._server = None
 
     def exchange(self, request: str, perform: Callable[[], _T]) -> _T:
-        """Do one exchange; a simulator is told what time it is."""
+        """Do one exchange; a simulator gets the present time."""
         if self._settings.simulated:
             self._moment_s = self.clock.monotonic_s()
         return super().exchange(request, perform)
@@ -127,49 +127,51 @@ class ModbusDevice(Driver):
 
     def get_all(self, channels: Sequence[str]) -> dict[str, float]:
         """Return the present values; numbers in neighbouring registers come in one answer."""
-        given = {name: self._settings.channels[name] for name in channels}
-        read = self._read_numbers(list(given.values()))
-        return {name: given[name].to_si(number) for name, number in zip(given, read, strict=True)}
+        places = {name: self._settings.channels[name] for name in channels}
+        numbers = self._read_numbers(list(places.values()))
+        return {
+            name: places[name].to_si(number) for name, number in zip(places, numbers, strict=True)
+        }
 
     def get_reading(self, reading: str) -> Reading:
         """Return a text, whether a bit is set, or the numbers of an array."""
-        given = self._settings.readings[reading]
-        if given.text is not None:
-            return self._text_at(given, given.text)
-        if given.values is not None:
-            numbers = self._read_array(given, given.values)
-            return given.to_si([each * given.scale + given.offset for each in numbers])
-        return bool(self._read_numbers([given])[0])
+        settings = self._settings.readings[reading]
+        if settings.text is not None:
+            return self._text_at(settings, settings.text)
+        if settings.values is not None:
+            numbers = self._read_array(settings, settings.values)
+            return settings.to_si([number * settings.scale + settings.offset for number in numbers])
+        return bool(self._read_numbers([settings])[0])
 
     def put(self, drive: str, value: float) -> None:
         """Write a set-point: with the words that let it run, or, to be safe, that stop it."""
-        given = self._settings.drives[drive]
+        settings = self._settings.drives[drive]
 
         def write() -> None:
             try:
-                words = given.encode(given.from_si(value))
+                words = settings.encode(settings.from_si(value))
             except ValueError as error:
                 raise DeviceRejectedError(f"set {drive}: {error}") from error
-            self._write(given, words, multiple=given.multiple)
+            self._write(settings, words, multiple=settings.multiple)
 
         if value == self._drives[drive].safe_value:
             # a stop that is refused must not keep the set-point up, nor the next stop from its turn
-            do_all(*(partial(self._write_one, each) for each in given.stop), write)
+            do_all(*(partial(self._send_command, command) for command in settings.stop), write)
         else:
             # The set-point goes first: the words of `run` would start the motor for the one
             # before it.
             write()
-            for each in given.run:
-                self._write_one(each)
+            for command in settings.run:
+                self._send_command(command)
 
     def actual(self, drive: str) -> float:
-        """Return where a drive stands."""
-        given = self._settings.drives[drive]
-        back = given.read_back or given
+        """Return the actual value of a drive."""
+        settings = self._settings.drives[drive]
+        back = settings.read_back or settings
         return back.to_si(self._read_numbers([back])[0])
 
     def arrived(self, drive: str) -> bool:
-        """Say whether a drive is there; raise DeviceRejectedError if a fault keeps it away."""
+        """Return whether a drive is there; raise DeviceRejectedError if a fault keeps it away."""
         if super().arrived(drive):
             return True
         if self._set_points.get(drive) != self._drives[drive].safe_value:  # to rest it may coast
@@ -178,38 +180,40 @@ class ModbusDevice(Driver):
 
     def _read_numbers(self, numbers: Sequence[Number]) -> list[float]:
         """Return the numbers as the registers have them."""
-        read = {
-            each: self._read_words(each)
-            for each in spans(numbers, together=self._settings.group_reads)
+        words_by_span = {
+            span: self._read_words(span)
+            for span in spans(numbers, together=self._settings.group_reads)
         }
-        found = []
+        values = []
         for number in numbers:
-            within = next(each for each in read if each.holds(number))
-            first = number.address - within.address
-            found.append(number.decode(read[within][first : first + number.count]))
-        return found
+            span = next(span for span in words_by_span if span.holds(number))
+            first = number.address - span.address
+            values.append(number.decode(words_by_span[span][first : first + number.count]))
+        return values
 
     def _read_array(self, first: Number, values: int) -> list[float]:
         """Return numbers that follow upon each other, in as few requests as the standard allows."""
         size, most = first.count, MOST_REGISTERS // first.count
-        found: list[float] = []
-        while len(found) < values:
-            count = min(most, values - len(found))
-            at = first.address + len(found) * size
+        numbers: list[float] = []
+        while len(numbers) < values:
+            count = min(most, values - len(numbers))
+            at = first.address + len(numbers) * size
             words = self._read_words(Span(first.table, at, count * size, first.unit_id))
-            found += [first.decode(words[i : i + size]) for i in range(0, count * size, size)]
-        return found
+            numbers += [first.decode(words[i : i + size]) for i in range(0, count * size, size)]
+        return numbers
 
-    def _read_words(self, wanted: Span) -> list[int]:
+    def _read_words(self, span: Span) -> list[int]:
         """Return registers, or bits as 0 and 1."""
-        asked = f"read {wanted.table} {span(wanted.address, wanted.count)}{_of(wanted.unit_id)}"
-        words = self.exchange(asked, lambda: self._line.read(wanted))
-        if len(words) != wanted.count:  # of a played-back exchange
-            raise DeviceRejectedError(f"{asked}: {len(words)} came, expected {wanted.count}")
+        request = (
+            f"read {span.table} {address_text(span.address, span.count)}{_of_unit(span.unit_id)}"
+        )
+        words = self.exchange(request, lambda: self._line.read(span))
+        if len(words) != span.count:  # of a played-back exchange
+            raise DeviceRejectedError(f"{request}: {len(words)} came, expected {span.count}")
         return words
 
     def _text_at(self, number: Number, registers: int) -> str:
-        """Return the text that stands in so many registers."""
+        """Return the text in a number of registers."""
         words = self._read_words(Span(number.table, number.address, registers, number.unit_id))
         raw = b"".join(word.to_bytes(2, number.byte_order) for word in words)
         return raw.decode("ascii", "replace").strip("\0 ")
@@ -220,24 +224,28 @@ class ModbusDevice(Driver):
         Where the station says nothing of its identity, a first number is read: a serial port opens
         also with nothing behind it.
         """
-        settings, wanted = self._settings, self._settings.identification
+        settings, identification = self._settings, self._settings.identification
         texts = dict.fromkeys(("maker", "model", "serial", "firmware"), "")
-        if wanted.standard:
+        if identification.standard:
             texts["maker"], texts["model"], texts["firmware"] = self._read_identification()
-        asked = {"model": wanted.model, "serial": wanted.serial, "firmware": wanted.firmware}
-        for name, part in asked.items():
+        parts = {
+            "model": identification.model,
+            "serial": identification.serial,
+            "firmware": identification.firmware,
+        }
+        for name, part in parts.items():
             if part is not None and part.text is not None:
                 texts[name] = self._text_at(part, part.text)
             elif part is not None:
                 texts[name] = f"{self._read_numbers([part])[0]:.10g}"
         if not any(texts.values()):
-            known: tuple[Number, ...] = (
+            numbers: tuple[Number, ...] = (
                 *settings.channels.values(),
-                *(each.read_back or each for each in settings.drives.values()),
+                *(drive.read_back or drive for drive in settings.drives.values()),
                 *settings.readings.values(),
             )
-            self._read_numbers(known[:1])
-        for name, expected in wanted.expect.items():
+            self._read_numbers(numbers[:1])
+        for name, expected in identification.expect.items():
             if texts[name] != expected:
                 raise DeviceNotFoundError(
                     f"{settings.where} has the {name} '{texts[name]}', expected '{expected}'",
@@ -258,10 +266,10 @@ class ModbusDevice(Driver):
             objects = self._line.identification()
             return [objects.get(number, "") for number in _BASIC_OBJECTS]
 
-        found = self.exchange("read device identification", ask)
-        if len(found) != len(_BASIC_OBJECTS) or not any(found):
+        objects = self.exchange("read device identification", ask)
+        if len(objects) != len(_BASIC_OBJECTS) or not any(objects):
             raise DeviceNotFoundError(f"{self._settings.where} does not identify itself")
-        return found
+        return objects
 
     @property
     def _line(self) -> Line:
@@ -283,7 +291,7 @@ class ModbusDevice(Driver):
             self._opened = Line(settings)
             self._opened.open(timeout_s)
         except ModuleNotFoundError as error:
-            raise missing((error.name or "pymodbus").partition(".")[0], "modbus") from error
+            raise missing_package((error.name or "pymodbus").partition(".")[0], "modbus") from error
 
     def _start_watchdog(self) -> None:
         if self._settings.watchdog is not None:
@@ -296,23 +304,23 @@ class ModbusDevice(Driver):
             return
         code = self._read_numbers([fault])[0]
         if code != fault.ok:
-            meant = fault.codes.get(f"{code:.0f}", "see its manual")
+            meaning = fault.codes.get(f"{code:.0f}", "see its manual")
             raise DeviceRejectedError(
-                f"{self._settings.where} is in fault {code:.0f}: {meant}",
+                f"{self._settings.where} is in fault {code:.0f}: {meaning}",
                 hint="fix the cause and reset it at the instrument",
             )
 
-    def _write_one(self, write: Write) -> None:
-        self._write(write, [write.value])
-        self.clock.sleep(write.wait)
+    def _send_command(self, command: Write) -> None:
+        self._write(command, [command.value])
+        self.clock.sleep(command.wait)
 
     def _write(self, place: Place, words: Sequence[int], *, multiple: bool = False) -> None:
-        told = f"{' '.join(map(str, words))} to {place.table} {place.address}"
+        request = f"{' '.join(map(str, words))} to {place.table} {place.address}"
         self.exchange(
-            f"write {told}{_of(place.unit_id)}",
+            f"write {request}{_of_unit(place.unit_id)}",
             lambda: self._line.write(place, words, multiple=multiple),
         )
 
 
-def _of(unit_id: int | None) -> str:
+def _of_unit(unit_id: int | None) -> str:
     return "" if unit_id is None else f" of unit {unit_id}"

@@ -33,7 +33,7 @@ class Span:
         return self.address + self.count
 
     def holds(self, number: Number) -> bool:
-        """Say whether all of a number lies within."""
+        """Return whether all of a number lies within."""
         return (
             number.unit_id == self.unit_id
             and number.table is self.table
@@ -43,27 +43,27 @@ class Span:
 
 
 def spans(numbers: Iterable[Number], *, together: bool) -> list[Span]:
-    """Return what is to be read: each number lies wholly within one span.
+    """Return the spans to read: each number lies wholly within one.
 
     Only what touches or overlaps is read together: a register between two that a unit does not
     have would make it refuse both.
     """
-    found: list[Span] = []
-    wanted = {(each.table, each.address, each.count, each.unit_id) for each in numbers}
+    merged: list[Span] = []
+    places = {(number.table, number.address, number.count, number.unit_id) for number in numbers}
     for number in sorted(
-        wanted, key=lambda each: (_OWN if each[3] is None else each[3], *each[:3])
+        places, key=lambda place: (_OWN if place[3] is None else place[3], *place[:3])
     ):
         new = Span(*number)
-        last = found[-1] if found else new
+        last = merged[-1] if merged else new
         most = _MOST_BITS if new.table.of_bits else MOST_REGISTERS
         if (
             together
-            and found
+            and merged
             and (last.unit_id, last.table) == (new.unit_id, new.table)
             and new.address <= last.end
             and new.end - last.address <= most
         ):
-            found[-1] = replace(last, count=max(last.count, new.end - last.address))
+            merged[-1] = replace(last, count=max(last.count, new.end - last.address))
         else:
-            found.append(new)
-    return found
+            merged.append(new)
+    return merged

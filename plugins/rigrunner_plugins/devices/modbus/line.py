@@ -16,7 +16,7 @@ from pymodbus.exceptions import ConnectionException, ModbusException
 
 from rigrunner.api import DeviceLostError, DeviceRejectedError, DeviceTimeoutError
 from rigrunner_plugins.devices.modbus.opening import open_client
-from rigrunner_plugins.devices.modbus.places import Table, span
+from rigrunner_plugins.devices.modbus.places import Table, address_text
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping, Sequence
@@ -63,7 +63,7 @@ _MEANINGS = {
         "is the unit behind the gateway on, and is `unit_id` its address?",
     ),
 }
-"""By exception code: what the unit says with it, and a hint (clause 7)."""
+"""By exception code: its meaning and a hint (clause 7)."""
 
 
 @dataclass(frozen=True)
@@ -73,16 +73,16 @@ class Request:
     Functions are those of the MODBUS Application Protocol Specification V1.1b3, clause 6.
     """
 
-    asked: str
+    text: str
     """In words."""
     unit_id: int
     function: int
     send: Callable[[Client], ModbusPDU]
     hints: Mapping[int, str] = field(default_factory=dict)
-    """What to say of an exception code in place of what is said in general."""
+    """By exception code: a hint in place of the general one."""
 
 
-def reading(unit_id: int, table: Table, address: int, count: int) -> Request:
+def read_request(unit_id: int, table: Table, address: int, count: int) -> Request:
     """Return the request for registers or bits (clauses 6.1 to 6.4)."""
 
     def send(client: Client) -> ModbusPDU:
@@ -95,11 +95,11 @@ def reading(unit_id: int, table: Table, address: int, count: int) -> Request:
         return ask(address, count=count, device_id=unit_id)
 
     functions = {Table.COIL: 1, Table.DISCRETE: 2, Table.HOLDING: 3, Table.INPUT: 4}
-    asked = f"read {table} {span(address, count)}"
-    return Request(asked, unit_id, functions[table], send, _if_not_there(table, address))
+    text = f"read {table} {address_text(address, count)}"
+    return Request(text, unit_id, functions[table], send, _address_hint(table, address))
 
 
-def writing(
+def write_request(
     unit_id: int, table: Table, address: int, words: Sequence[int], *, multiple: bool
 ) -> Request:
     """Return the request to write registers or coils (clauses 6.5, 6.6, 6.11 and 6.12)."""
@@ -120,11 +120,11 @@ def writing(
         (Table.COIL, True): 15,
         (Table.HOLDING, True): 16,
     }
-    asked = f"write {' '.join(map(str, words))} to {table} {address}"
-    return Request(asked, unit_id, functions[table, multiple], send, _if_not_there(table, address))
+    text = f"write {' '.join(map(str, words))} to {table} {address}"
+    return Request(text, unit_id, functions[table, multiple], send, _address_hint(table, address))
 
 
-def identifying(unit_id: int, first_object: int) -> Request:
+def identification_request(unit_id: int, first_object: int) -> Request:
     """Return the request for the basic identification, from an object on (clause 6.21)."""
 
     def send(client: Client) -> ModbusPDU:
@@ -136,7 +136,7 @@ def identifying(unit_id: int, first_object: int) -> Request:
     return Request("read device identification", unit_id, 43, send, hints)
 
 
-def _if_not_there(table: Table, address: int) -> dict[int, str]:
+def _address_hint(table: Table, address: int) -> dict[int, str]:
     """Return a hint on how an address is counted, where it was copied from a manual."""
     digit = {Table.DISCRETE: "1", Table.INPUT: "3", Table.HOLDING: "4"}.get(table, "")
     reference = f", or {digit}{address + 1:0{_DIGITS}}" if digit else ""
@@ -147,7 +147,7 @@ def _if_not_there(table: Table, address: int) -> dict[int, str]:
     return {ILLEGAL_ADDRESS: hint}
 
 
-# what it would print on stderr stands in our errors, in words
+# what it would print on stderr is in our error messages
 logging.getLogger("pymodbus").addHandler(logging.NullHandler())
 
 # Of Read Device Identification (clause 6.21): "more follows", and the number of objects there are.
@@ -166,138 +166,138 @@ class Line:
         self._lock = threading.RLock()
         self._client: Client | None = None
         self._why = "not connected"
-        self._heard = b""
+        self._received = b""
         self._late = False
 
     def open(self, timeout_s: float) -> None:
         """Open it; raise DeviceNotFoundError or DeviceTimeoutError."""
         with self._lock:
             self.close()
-            self._client = open_client(self._settings, timeout_s, self._hear)
+            self._client = open_client(self._settings, timeout_s, self._trace)
 
     def close(self, why: str = "not connected") -> None:
-        """Close it; what is asked from then on raises DeviceLostError with the reason."""
+        """Close it; later requests raise DeviceLostError with the reason."""
         with self._lock:
             client, self._client, self._why = self._client, None, why
             if client is not None:
                 client.close()  # type: ignore[no-untyped-call]  # pymodbus gives no type
 
-    def read(self, wanted: Span) -> list[int]:
+    def read(self, span: Span) -> list[int]:
         """Return registers, or bits as 0 and 1."""
-        table, count = wanted.table, wanted.count
-        request = reading(self._unit(wanted.unit_id), table, wanted.address, count)
+        table, count = span.table, span.count
+        request = read_request(self._unit(span.unit_id), table, span.address, count)
         answer = self._ask(request)
         if table.of_bits:
             # Bits come eight to a byte (clause 6.1); pymodbus also hands out what fills the last
             # one.
             whole_bytes = -(-count // 8) * 8
-            self._need(request, len(answer.bits) == whole_bytes, f"{len(answer.bits)} bits")
+            self._require(request, len(answer.bits) == whole_bytes, f"{len(answer.bits)} bits")
             return [int(bit) for bit in answer.bits[:count]]
-        self._need(request, len(answer.registers) == count, f"{len(answer.registers)} registers")
+        self._require(request, len(answer.registers) == count, f"{len(answer.registers)} registers")
         return list(answer.registers)
 
     def write(self, place: Place, words: Sequence[int], *, multiple: bool) -> None:
         """Write registers, or bits given as 0 and 1."""
         table, address = place.table, place.address
-        request = writing(self._unit(place.unit_id), table, address, words, multiple=multiple)
+        request = write_request(self._unit(place.unit_id), table, address, words, multiple=multiple)
         answer = self._ask(request)
-        self._need(request, answer.address == address, f"an echo of address {answer.address}")
+        self._require(request, answer.address == address, f"an echo of address {answer.address}")
         if multiple:
-            self._need(request, answer.count == len(words), f"an echo of {answer.count} values")
+            self._require(request, answer.count == len(words), f"an echo of {answer.count} values")
         else:
             echo = [int(bit) for bit in answer.bits] if table.of_bits else list(answer.registers)
-            self._need(request, echo == list(words), f"an echo of {echo}")
+            self._require(request, echo == list(words), f"an echo of {echo}")
 
     def identification(self) -> dict[int, str]:
         """Return the basic objects of Read Device Identification by their number."""
-        found: dict[int, str] = {}
-        wanted = 0
+        objects: dict[int, str] = {}
+        object_id = 0
         for _ in range(_MOST_OBJECTS):
-            answer = self._ask(identifying(self._settings.unit_id, wanted))
+            answer = self._ask(identification_request(self._settings.unit_id, object_id))
             information: dict[int, bytes] = getattr(answer, "information", {})
-            found |= {
+            objects |= {
                 number: value.decode("ascii", "replace").strip("\0 ")
                 for number, value in information.items()
                 if isinstance(value, bytes)
             }
-            wanted = getattr(answer, "next_object_id", 0)
-            if getattr(answer, "more_follows", 0) != _MORE or not wanted:
+            object_id = getattr(answer, "next_object_id", 0)
+            if getattr(answer, "more_follows", 0) != _MORE or not object_id:
                 break
-        return found
+        return objects
 
     def _unit(self, unit_id: int | None) -> int:
         return self._settings.unit_id if unit_id is None else unit_id
 
     def _ask(self, request: Request) -> ModbusPDU:
         with self._lock:
-            for left in range(self._settings.retries, -1, -1):
+            for retries_left in range(self._settings.retries, -1, -1):
                 answer = self._answer(request)
                 if answer is None:
                     continue
                 # The unit asks for time and a repetition, which is no refusal (clause 7).
-                if answer.isError() and answer.exception_code == BUSY and left:
+                if answer.isError() and answer.exception_code == BUSY and retries_left:
                     time.sleep(self._settings.timeout)
                     continue
-                return self._checked(request, answer)
-            raise self._unanswered(request)
+                return self._check(request, answer)
+            raise self._timeout_error(request)
 
     def _answer(self, request: Request) -> ModbusPDU | None:
         if self._client is None:
-            raise DeviceLostError(f"{request.asked}: {self._why}")
+            raise DeviceLostError(f"{request.text}: {self._why}")
         if self._late and self._settings.rtu is not None:
             # a serial answer does not say what it answers: a late one must not pass for the next
             time.sleep(self._settings.timeout)
-        self._late, self._heard = False, b""
+        self._late, self._received = False, b""
         try:
             return request.send(self._client)
         except (ConnectionException, OSError) as error:  # OSError: the other end has reset it
             self.close("the connection was lost")
             raise DeviceLostError(
-                f"{request.asked}: {self._where(request)} closed the connection or was unplugged",
+                f"{request.text}: {self._where(request)} closed the connection or was unplugged",
                 hint="see cable and power; one that drops idle connections needs a `watchdog`",
             ) from error
         except _UNREADABLE:
             self._late = True
             return None
 
-    def _checked(self, request: Request, answer: ModbusPDU) -> ModbusPDU:
+    def _check(self, request: Request, answer: ModbusPDU) -> ModbusPDU:
         if answer.isError():
             code = answer.exception_code
-            said, hint = _MEANINGS.get(code, _UNKNOWN)
+            meaning, hint = _MEANINGS.get(code, _UNKNOWN)
             raise DeviceRejectedError(
-                f"{request.asked}: {self._where(request)} says {said} (exception {code})",
+                f"{request.text}: {self._where(request)} says {meaning} (exception {code})",
                 hint=request.hints.get(code, hint),
             )
         function = answer.function_code
-        self._need(request, function == request.function, f"an answer to function {function}")
+        self._require(request, function == request.function, f"an answer to function {function}")
         return answer
 
-    def _need(self, request: Request, holds: bool, got: str) -> None:  # noqa: FBT001  (reads as a sentence)
+    def _require(self, request: Request, holds: bool, got: str) -> None:  # noqa: FBT001  (reads as a sentence)
         if not holds:
             self._late = True
             raise DeviceRejectedError(
-                f"{request.asked}: {self._where(request)} gives a wrong answer: {got}",
+                f"{request.text}: {self._where(request)} gives a wrong answer: {got}",
                 hint="are there two masters, or two units with the same address?",
             )
 
-    def _unanswered(self, request: Request) -> DeviceTimeoutError:
+    def _timeout_error(self, request: Request) -> DeviceTimeoutError:
         where, within = self._where(request), f"within {self._settings.timeout:g} s"
         serial = ", baud, parity and stop_bits" if self._settings.rtu is not None else ""
-        if not self._heard:
+        if not self._received:
             return DeviceTimeoutError(
-                f"{request.asked}: no answer from {where} {within}",
+                f"{request.text}: no answer from {where} {within}",
                 hint=f"is it switched on, and are wiring, unit_id{serial} correct?",
             )
-        heard = self._heard[:_SHOWN_BYTES].hex(" ")
+        received = self._received[:_SHOWN_BYTES].hex(" ")
         return DeviceTimeoutError(
-            f"{request.asked}: no readable answer from {where} {within}, only: {heard}",
+            f"{request.text}: no readable answer from {where} {within}, only: {received}",
             hint=f"are unit_id{serial} correct, and does it use Modbus?",
         )
 
     def _where(self, request: Request) -> str:
         return self._settings.where_is(request.unit_id)
 
-    def _hear(self, sending: bool, data: bytes) -> bytes:  # noqa: FBT001  (pymodbus calls it so)
+    def _trace(self, sending: bool, data: bytes) -> bytes:  # noqa: FBT001  (pymodbus calls it so)
         if not sending:
-            self._heard = data
+            self._received = data
         return data

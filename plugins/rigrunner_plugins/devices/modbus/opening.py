@@ -25,23 +25,23 @@ _PARITY = {"even": "E", "odd": "O", "none": "N"}
 
 
 def open_client(
-    settings: ModbusSettings, timeout_s: float, hear: Callable[[bool, bytes], bytes]
+    settings: ModbusSettings, timeout_s: float, trace: Callable[[bool, bytes], bytes]
 ) -> Client:
     """Return an open client; raise DeviceNotFoundError or DeviceTimeoutError."""
     if settings.tcp is not None:
         within_s = min(timeout_s, max(_TCP_OPENS_WITHIN_S, settings.timeout))
-        return _open_tcp(settings.tcp, settings.timeout, within_s, hear)
+        return _open_tcp(settings.tcp, settings.timeout, within_s, trace)
     if settings.rtu is not None:
-        return _open_rtu(settings.rtu, settings.timeout, hear)
+        return _open_rtu(settings.rtu, settings.timeout, trace)
     raise AssertionError("neither tcp nor rtu")
 
 
 def _open_tcp(
-    tcp: Tcp, answer_s: float, timeout_s: float, hear: Callable[[bool, bytes], bytes]
+    tcp: Tcp, answer_s: float, timeout_s: float, trace: Callable[[bool, bytes], bytes]
 ) -> ModbusTcpClient:
-    # No retries of the client's own: `Line` repeats, and tells a busy unit from a silent one.
+    # No retries of the client: `Line` repeats, and distinguishes a busy unit from a silent one.
     client = ModbusTcpClient(
-        tcp.host, port=tcp.port, timeout=answer_s, retries=0, trace_packet=hear
+        tcp.host, port=tcp.port, timeout=answer_s, retries=0, trace_packet=trace
     )
     try:
         client.socket = socket.create_connection((tcp.host, tcp.port), timeout_s)
@@ -60,7 +60,7 @@ def _open_tcp(
 
 
 def _open_rtu(
-    rtu: Rtu, answer_s: float, hear: Callable[[bool, bytes], bytes]
+    rtu: Rtu, answer_s: float, trace: Callable[[bool, bytes], bytes]
 ) -> ModbusSerialClient:
     import serial  # noqa: PLC0415  (Modbus TCP does without it)
 
@@ -71,7 +71,7 @@ def _open_rtu(
         stopbits=rtu.stop_bits,
         timeout=answer_s,
         retries=0,
-        trace_packet=hear,
+        trace_packet=trace,
     )
     try:
         client.socket = serial.serial_for_url(
@@ -92,7 +92,7 @@ def _open_rtu(
             hint="is the adapter plugged in, is it in use by another program, and do you have"
             " permission (on Linux the group dialout)?",
         ) from error
-    # A port that fails here fails at the first request as well, which can tell by whom.
+    # A port that fails here fails at the first request as well, with a better message.
     with suppress(OSError):
         client.socket.reset_input_buffer()
     return client

@@ -1,4 +1,4 @@
-"""Where a number stands in a Modbus unit, and how its registers are read.
+"""The address of a number in a Modbus unit, and how its registers are read.
 
 Addresses are those of the protocol, which counts each of the four tables from 0 (MODBUS Application
 Protocol Specification V1.1b3, clause 4.4). Manuals often count from 1, and put the table in front:
@@ -79,7 +79,7 @@ class Table(StrEnum):
 _BY_DIGIT = {"1": Table.DISCRETE, "3": Table.INPUT, "4": Table.HOLDING}
 
 
-def _refer(reference: int) -> tuple[Table, int]:
+def _parse_reference(reference: int) -> tuple[Table, int]:
     digits = str(reference)
     table = _BY_DIGIT.get(digits[0])
     address = int(digits[1:] or "0") - 1
@@ -110,28 +110,28 @@ class Place(Settings):
 
     @model_validator(mode="after")
     def _is_one_place(self) -> Self:
-        given = [key for key in (*Table, "reference") if getattr(self, key) is not None]
-        if len(given) != 1:
-            got = " and ".join(given) or "none"
+        given_keys = [key for key in (*Table, "reference") if getattr(self, key) is not None]
+        if len(given_keys) != 1:
+            got = " and ".join(given_keys) or "none"
             raise ValueError(
                 f"expected one of holding, input, coil, discrete and reference, got {got}"
             )
         if self.reference is not None:
-            _refer(self.reference)
+            _parse_reference(self.reference)
         return self
 
     @property
     def table(self) -> Table:
-        """The table in which it stands."""
+        """Its table."""
         if self.reference is not None:
-            return _refer(self.reference)[0]
+            return _parse_reference(self.reference)[0]
         return next(table for table in Table if getattr(self, table) is not None)
 
     @property
     def address(self) -> int:
         """The protocol's address, from 0."""
         if self.reference is not None:
-            return _refer(self.reference)[1]
+            return _parse_reference(self.reference)[1]
         return int(getattr(self, self.table))
 
 
@@ -171,7 +171,7 @@ class Number(Place):
         """Return the number for its registers or bit; raise DeviceRejectedError if it is none."""
         if self.table.of_bits:
             return float(registers[0])
-        words = self._in_order(registers)
+        words = self._reorder(registers)
         if self.bit is not None:
             return float(words[0] >> self.bit & 1)
         raw = struct.pack(f">{len(words)}H", *words)
@@ -194,19 +194,19 @@ class Number(Place):
         try:
             raw = struct.pack(self._code, number if type_ in _FLOATS else round(number))
         except (struct.error, OverflowError, ValueError) as error:
-            told = f"{number:g} does not fit into {type_}"
+            message = f"{number:g} does not fit into {type_}"
             if type_ not in _FLOATS:
                 bits = 16 * self.count
                 lowest = 0 if type_ == f"uint{bits}" else -(2 ** (bits - 1))
-                told += f": {lowest} to {lowest + 2**bits - 1}"
-            raise ValueError(told) from error
-        return self._in_order(struct.unpack(f">{len(raw) // 2}H", raw))
+                message += f": {lowest} to {lowest + 2**bits - 1}"
+            raise ValueError(message) from error
+        return self._reorder(struct.unpack(f">{len(raw) // 2}H", raw))
 
     @property
     def _code(self) -> str:
         return _CODES[self.type or "uint16"]
 
-    def _in_order(self, registers: Sequence[int]) -> list[int]:
+    def _reorder(self, registers: Sequence[int]) -> list[int]:
         """Return registers in the standard's order; the same again turns them back."""
         words = list(registers)
         if self.byte_order == "little":
@@ -214,6 +214,6 @@ class Number(Place):
         return words[::-1] if self.word_order == "little" else words
 
 
-def span(address: int, count: int) -> str:
+def address_text(address: int, count: int) -> str:
     """Return addresses in words: '3' or '3-4'."""
     return str(address) if count == 1 else f"{address}-{address + count - 1}"

@@ -96,11 +96,11 @@ class Identification(Settings):
 
     @model_validator(mode="after")
     def _asks_for_what_it_expects(self) -> Self:
-        asked = {part for part in ("model", "serial", "firmware") if getattr(self, part)}
-        asked |= {"maker", "model", "firmware"} if self.standard else set()
-        if unasked := [part for part in self.expect if part not in asked]:
+        readable = {part for part in ("model", "serial", "firmware") if getattr(self, part)}
+        readable |= {"maker", "model", "firmware"} if self.standard else set()
+        if unread := [part for part in self.expect if part not in readable]:
             raise ValueError(
-                f"expect names {', '.join(unasked)}, which nothing asks for: give `standard: yes`"
+                f"expect names {', '.join(unread)}, which nothing asks for: give `standard: yes`"
                 " or the register"
             )
         return self
@@ -219,8 +219,8 @@ def _step_si(number: ModbusDrive | ReadBack) -> float:
 
 def _need_writable(table: Table) -> None:
     if not table.writable:
-        what = "an input" if table is Table.INPUT else "a discrete input"
-        raise ValueError(f"{what} is only read, expected holding or coil")
+        table_name = "an input" if table is Table.INPUT else "a discrete input"
+        raise ValueError(f"{table_name} is only read, expected holding or coil")
 
 
 Simulator = Literal["inverter", "press"]
@@ -256,9 +256,9 @@ class ModbusSettings(SimulableSettings):
 
     @model_validator(mode="after")
     def _is_complete(self) -> Self:
-        given = [key for key in ("tcp", "rtu", "simulator") if getattr(self, key) is not None]
-        if len(given) != 1:
-            got = " and ".join(given) or "none"
+        given_keys = [key for key in ("tcp", "rtu", "simulator") if getattr(self, key) is not None]
+        if len(given_keys) != 1:
+            got = " and ".join(given_keys) or "none"
             raise ValueError(f"expected one of tcp, rtu and simulator, got {got}")
         if self.simulated != (self.simulator is not None):
             raise ValueError(

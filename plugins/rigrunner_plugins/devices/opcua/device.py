@@ -15,7 +15,7 @@ from rigrunner.api import (
 from rigrunner.api.cleanup import do_all
 from rigrunner.api.driver import check_patience
 from rigrunner_plugins.devices.declared import channel_infos, drive_infos
-from rigrunner_plugins.devices.extras import missing
+from rigrunner_plugins.devices.extras import missing_package
 from rigrunner_plugins.devices.opcua.types import TYPES, encode
 
 if TYPE_CHECKING:
@@ -40,7 +40,7 @@ _PARTS = ("maker", "model", "serial", "firmware")
 class OpcUa(Driver):
     """Reads nodes together, and writes set-points with the nodes that belong to them."""
 
-    reconnects_after = (DeviceLostError,)  # each answer says which question it answers
+    reconnects_after = (DeviceLostError,)  # each answer names its request
 
     def __init__(self, settings: OpcUaSettings, context: DeviceContext) -> None:
         super().__init__(context, channel_infos(settings.channels), drive_infos(settings.drives))
@@ -51,7 +51,7 @@ class OpcUa(Driver):
         self._types: dict[str, Type] = {}
 
     def open(self, timeout_s: float) -> Identity:
-        """Connect, ask who answers, and compare each node with what the station says of it."""
+        """Connect, identify the server, and compare each node with the station."""
         self.shut()
         self.exchange(f"connect to {self._settings.endpoint}", lambda: self._connect(timeout_s))
         identity = self._identify()
@@ -89,27 +89,27 @@ class OpcUa(Driver):
         """Return the present values, in one request."""
         nodes = {name: self._settings.channels[name] for name in channels}
         numbers = self._read(list(nodes.values()))
-        return {name: nodes[name].to_si(each) for name, each in zip(nodes, numbers, strict=True)}
+        return {name: nodes[name].to_si(value) for name, value in zip(nodes, numbers, strict=True)}
 
     def put(self, drive: str, value: float) -> None:
         """Write a set-point: with the nodes that let it run, or, to be safe, that stop it."""
-        given = self._settings.drives[drive]
+        settings = self._settings.drives[drive]
 
         def write() -> None:
-            self._write(given.node, given.from_si(value))
+            self._write(settings.node, settings.from_si(value))
 
         if value == self._drives[drive].safe_value:
             # a stop that is refused must not keep the set-point up, nor the next stop from its turn
-            do_all(*(partial(self._write_one, each) for each in given.stop), write)
+            do_all(*(partial(self._send_command, command) for command in settings.stop), write)
         else:
             write()
-            for each in given.run:
-                self._write_one(each)
+            for command in settings.run:
+                self._send_command(command)
 
     def actual(self, drive: str) -> float:
-        """Return where a drive stands."""
-        given = self._settings.drives[drive]
-        back = given.read_back or given
+        """Return the actual value of a drive."""
+        settings = self._settings.drives[drive]
+        back = settings.read_back or settings
         return back.to_si(self._read([back])[0])
 
     @property
@@ -122,13 +122,13 @@ class OpcUa(Driver):
         try:
             from rigrunner_plugins.devices.opcua.session import Session  # noqa: PLC0415  (asyncua)
         except ModuleNotFoundError as error:
-            raise missing((error.name or "asyncua").partition(".")[0], "opcua") from error
+            raise missing_package((error.name or "asyncua").partition(".")[0], "opcua") from error
         self._opened = Session(self._settings, self._folder)
         self._opened.open(timeout_s)
 
     def _identify(self) -> Identity:
-        found = self.exchange("read who it is", self._ask_identity)
-        texts = dict(zip(_PARTS, found, strict=False))
+        values = self.exchange("read who it is", self._ask_identity)
+        texts = dict(zip(_PARTS, values, strict=False))
         for part, expected in self._settings.identification.expect.items():
             if texts.get(part) != expected:
                 raise DeviceNotFoundError(
@@ -151,8 +151,8 @@ class OpcUa(Driver):
                 hint="is it the right node? `type` may be left out",
             )
         # A scale may well change the unit.
-        as_it_is = (node.scale, node.offset) == (1.0, 0.0)
-        if self._settings.check_units and symbol and as_it_is and node.unit != symbol:
+        is_unscaled = (node.scale, node.offset) == (1.0, 0.0)
+        if self._settings.check_units and symbol and is_unscaled and node.unit != symbol:
             raise DeviceRejectedError(
                 f"{node.node} is in {symbol}, as its EngineeringUnits say;"
                 f" the station says {node.unit}",
@@ -161,24 +161,24 @@ class OpcUa(Driver):
         return rights
 
     def _describe(self, node: str) -> tuple[Type, str, str]:
-        found = self.exchange(f"describe {node}", lambda: self._session.describe(node))
-        known = next((each for each in TYPES if found and found[0] == each), None)
-        if known is None or len(found) != 3:  # noqa: PLR2004  (type, unit, rights)
-            what = found[0] if found else "nothing"
-            raise DeviceRejectedError(f"{node} holds {what}, expected a number or a Boolean")
-        self._types[node] = known
-        return known, found[1], found[2]
+        description = self.exchange(f"describe {node}", lambda: self._session.describe(node))
+        type_ = next((name for name in TYPES if description and description[0] == name), None)
+        if type_ is None or len(description) != 3:  # noqa: PLR2004  (type, unit, rights)
+            content = description[0] if description else "nothing"
+            raise DeviceRejectedError(f"{node} holds {content}, expected a number or a Boolean")
+        self._types[node] = type_
+        return type_, description[1], description[2]
 
     def _read(self, nodes: Sequence[NodeValue]) -> list[float]:
-        asked = f"read {', '.join(each.node for each in nodes)}"
-        numbers = self.exchange(asked, lambda: self._session.read(nodes))
+        request = f"read {', '.join(node.node for node in nodes)}"
+        numbers = self.exchange(request, lambda: self._session.read(nodes))
         if len(numbers) != len(nodes):  # of a played-back exchange
-            raise DeviceRejectedError(f"{asked}: {len(numbers)} came, expected {len(nodes)}")
+            raise DeviceRejectedError(f"{request}: {len(numbers)} came, expected {len(nodes)}")
         return numbers
 
-    def _write_one(self, write: Write) -> None:
-        self._write(write.node, write.value)
-        self.clock.sleep(write.wait)
+    def _send_command(self, command: Write) -> None:
+        self._write(command.node, command.value)
+        self.clock.sleep(command.wait)
 
     def _write(self, node: str, number: float) -> None:
         type_ = self._types[node]

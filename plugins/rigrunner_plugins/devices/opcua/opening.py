@@ -47,14 +47,14 @@ async def open_client(settings: OpcUaSettings, folder: Path) -> Client:
         ) from error
     except ua.UaError as error:
         raise DeviceRejectedError(
-            f"{settings.endpoint} refuses the connection: {said(error)}",
+            f"{settings.endpoint} refuses the connection: {error_text(error)}",
             hint="see `user` and `security`, and whether the server trusts our certificate",
         ) from error
     return client
 
 
-def said(error: Exception) -> str:
-    """Return what an error of OPC UA says, with the name of its status code."""
+def error_text(error: Exception) -> str:
+    """Return the message of an OPC UA error, with the name of its status code."""
     if isinstance(error, ua.UaStatusCodeError):
         return status(error.code)
     return str(error) or type(error).__name__
@@ -67,17 +67,17 @@ def status(code: int) -> str:
 
 
 async def _secure(client: Client, security: Security, folder: Path) -> None:
-    own = _inside(folder, security.certificate)
-    key = _inside(folder, security.private_key)
-    servers = _inside(folder, security.server_certificate)
+    certificate_path = _inside(folder, security.certificate)
+    key_path = _inside(folder, security.private_key)
+    server_path = _inside(folder, security.server_certificate)
     try:
-        certificate = await uacrypto.load_certificate(own)
+        certificate = await uacrypto.load_certificate(certificate_path)
         client.application_uri = _application_uri(certificate) or client.application_uri
         await client.set_security(
             getattr(security_policies, f"SecurityPolicy{security.policy}"),
-            own,
-            key,
-            server_certificate=str(servers),
+            certificate_path,
+            key_path,
+            server_certificate=str(server_path),
             mode=_MODES[security.mode],
         )
     except OSError as error:
@@ -87,7 +87,7 @@ async def _secure(client: Client, security: Security, folder: Path) -> None:
         ) from error
     except (ValueError, TypeError, ua.UaError) as error:
         raise DeviceRejectedError(
-            f"the certificates of `security` cannot be used: {said(error)}",
+            f"the certificates of `security` cannot be used: {error_text(error)}",
             hint="expected X.509 certificates and a private key without a password, PEM or DER",
         ) from error
 

@@ -22,7 +22,7 @@ from rigrunner.api import (
     DeviceTimeoutError,
     find_unit,
 )
-from rigrunner_plugins.devices.opcua.opening import open_client, said, status
+from rigrunner_plugins.devices.opcua.opening import error_text, open_client, status
 
 if TYPE_CHECKING:
     from collections.abc import Coroutine, Sequence
@@ -73,7 +73,7 @@ class LoopThread:
             self._loop.close()
 
 
-# what it would print on stderr stands in our errors, in words
+# what it would print on stderr is in our error messages
 logging.getLogger("asyncua").addHandler(logging.NullHandler())
 
 _STEPS_OF_CONNECTING = 6
@@ -122,10 +122,10 @@ class Session:
             loop.stop()
 
     def identity(self) -> list[str]:
-        """Return maker, model, serial and firmware as texts, empty where nothing says so."""
-        wanted = self._settings.identification
+        """Return maker, model, serial and firmware as texts; '' if unknown."""
+        identification = self._settings.identification
         nodes = [
-            getattr(wanted, part) or _BUILD_INFO.get(part)
+            getattr(identification, part) or _BUILD_INFO.get(part)
             for part in ("maker", "model", "serial", "firmware")
         ]
 
@@ -136,31 +136,31 @@ class Session:
         return [self._do(f"read {node}", read(node)) if node else "" for node in nodes]
 
     def describe(self, node: str) -> list[str]:
-        """Return the type of its value, the symbol of its unit if it says one, and 'r' or 'rw'."""
+        """Return the type of its value, the symbol of its unit or '', and 'r' or 'rw'."""
 
         async def describe() -> list[str]:
-            found = await self._node(node)
-            value = await found.read_data_value(raise_on_bad_status=False)
+            opcua_node = await self._node(node)
+            value = await opcua_node.read_data_value(raise_on_bad_status=False)
             type_ = ua.VariantType.Null if value.Value is None else value.Value.VariantType
             if type_ is ua.VariantType.Null:  # there is no value yet
-                type_ = await found.read_data_type_as_variant_type()
-            rights = await found.get_user_access_level()
+                type_ = await opcua_node.read_data_type_as_variant_type()
+            rights = await opcua_node.get_user_access_level()
             writable = ua.AccessLevel.CurrentWrite in rights
-            return [type_.name, await _unit(found), "rw" if writable else "r"]
+            return [type_.name, await _unit(opcua_node), "rw" if writable else "r"]
 
         within_s = _STEPS_OF_DESCRIBING * self._settings.timeout
         return self._do(f"look at {node}", describe(), within_s)
 
-    def read(self, wanted: Sequence[NodeValue]) -> list[float]:
-        """Return the numbers of nodes, asked for together."""
+    def read(self, node_values: Sequence[NodeValue]) -> list[float]:
+        """Return the numbers of nodes, read together."""
 
         async def read() -> list[ua.DataValue]:
-            nodes = [await self._node(each.node) for each in wanted]
+            nodes = [await self._node(value.node) for value in node_values]
             return await self._open_client().read_attributes(nodes, ua.AttributeIds.Value)
 
-        asked = f"read {', '.join(each.node for each in wanted)}"
-        values = self._do(asked, read())
-        return [self._number(*each) for each in zip(wanted, values, strict=True)]
+        request = f"read {', '.join(value.node for value in node_values)}"
+        values = self._do(request, read())
+        return [self._number(*pair) for pair in zip(node_values, values, strict=True)]
 
     def write(self, node: str, value: float, type_: Type) -> None:
         """Write a value of that type to a node."""
@@ -168,8 +168,8 @@ class Session:
         async def write() -> ua.StatusCode:
             target = (await self._node(node)).nodeid
             # without timestamps: many servers refuse to have them written
-            written = ua.DataValue(ua.Variant(value, ua.VariantType[type_]))
-            results = await self._open_client().uaclient.write_attributes([target], [written])
+            data = ua.DataValue(ua.Variant(value, ua.VariantType[type_]))
+            results = await self._open_client().uaclient.write_attributes([target], [data])
             return results[0]
 
         result = self._do(f"write {value} to {node}", write())
@@ -179,68 +179,69 @@ class Session:
                 hint="see the user's rights, the range of the node, and whether remote is enabled",
             )
 
-    def _do(self, asked: str, work: Coroutine[Any, Any, _T], within_s: float = 0.0) -> _T:
+    def _do(self, request: str, work: Coroutine[Any, Any, _T], within_s: float = 0.0) -> _T:
         if self._loop is None:
             work.close()
-            raise DeviceLostError(f"{asked}: not connected")
+            raise DeviceLostError(f"{request}: not connected")
         try:
             return self._loop.do(work, within_s or self._settings.timeout)
         except TimeoutError as error:
             raise DeviceTimeoutError(
-                f"{asked}: no answer from {self._settings.endpoint}",
+                f"{request}: no answer from {self._settings.endpoint}",
                 hint="is the server running, and the cable connected?",
             ) from error
         except OSError as error:
             raise DeviceLostError(
-                f"{asked}: {self._settings.endpoint} closed the connection or was unplugged",
+                f"{request}: {self._settings.endpoint} closed the connection or was unplugged",
                 hint="see server, network and cable",
             ) from error
         except ua.UaError as error:
             unknown = isinstance(error, ua.uaerrors.BadNodeIdUnknown)
             raise DeviceRejectedError(
-                f"{asked}: the server says {said(error)}", hint=_NO_SUCH_NODE if unknown else ""
+                f"{request}: the server says {error_text(error)}",
+                hint=_NO_SUCH_NODE if unknown else "",
             ) from error
 
-    async def _node(self, written: str) -> Node:
+    async def _node(self, node_id: str) -> Node:
         client = self._open_client()
-        if written.startswith("nsu="):
-            uri, _, rest = written.removeprefix("nsu=").partition(";")
+        if node_id.startswith("nsu="):
+            uri, _, rest = node_id.removeprefix("nsu=").partition(";")
             try:
-                written = f"ns={await client.get_namespace_index(uri)};{rest}"
+                node_id = f"ns={await client.get_namespace_index(uri)};{rest}"
             except ValueError as error:
                 raise DeviceRejectedError(f"the server has no namespace '{uri}'") from error
-        return client.get_node(written)
+        return client.get_node(node_id)
 
     def _open_client(self) -> Client:
         if self._client is None:
             raise DeviceLostError("not connected")
         return self._client
 
-    def _number(self, wanted: NodeValue, found: ua.DataValue) -> float:
-        node = wanted.node
-        if found.StatusCode is not None and not found.StatusCode.is_good():
+    def _number(self, node_value: NodeValue, data: ua.DataValue) -> float:
+        node = node_value.node
+        if data.StatusCode is not None and not data.StatusCode.is_good():
             raise DeviceRejectedError(
-                f"{node} has no good value: {status(found.StatusCode.value)}",
+                f"{node} has no good value: {status(data.StatusCode.value)}",
                 hint="check the server and the source of the node",
             )
-        value = None if found.Value is None else found.Value.Value
+        value = None if data.Value is None else data.Value.Value
         if not isinstance(value, (bool, int, float)):
             shown = "nothing" if value is None else f"a {type(value).__name__}: {value!r:.40}"
             if isinstance(value, list):
                 shown = "an array"
             raise DeviceRejectedError(f"{node} holds {shown}, expected a number")
-        if wanted.stale is None:
+        if node_value.stale is None:
             return float(value)
-        if found.SourceTimestamp is None:
+        if data.SourceTimestamp is None:
             raise DeviceRejectedError(
-                f"{wanted.node} does not state the age of its value", hint="leave `stale` out"
+                f"{node_value.node} does not state the age of its value", hint="leave `stale` out"
             )
-        age_s = (datetime.now(UTC) - found.SourceTimestamp).total_seconds()
-        # Also one from the future: then the clocks do not agree, and no age can be told.
-        if abs(age_s) > wanted.stale:
+        age_s = (datetime.now(UTC) - data.SourceTimestamp).total_seconds()
+        # Also one from the future: then the clocks do not agree, and no age is known.
+        if abs(age_s) > node_value.stale:
             raise DeviceRejectedError(
-                f"{wanted.node} has a value that is {age_s:.3g} s old, more than"
-                f" {wanted.stale:g} s",
+                f"{node_value.node} has a value that is {age_s:.3g} s old, more than"
+                f" {node_value.stale:g} s",
                 hint="is it still measured, and do the clocks of both computers agree?",
             )
         return float(value)
@@ -248,12 +249,12 @@ class Session:
 
 async def _unit(node: Node) -> str:
     try:
-        found = await (await node.get_child("0:EngineeringUnits")).read_value()
+        information = await (await node.get_child("0:EngineeringUnits")).read_value()
     except ua.UaStatusCodeError:  # it has none
         return ""
-    if not isinstance(found, ua.EUInformation):
+    if not isinstance(information, ua.EUInformation):
         return ""
-    return symbol_of(found.NamespaceUri, found.UnitId, found.DisplayName.Text)
+    return symbol_of(information.NamespaceUri, information.UnitId, information.DisplayName.Text)
 
 
 UNECE = "http://www.opcfoundation.org/UA/units/un/cefact"
@@ -306,5 +307,5 @@ def symbol_of(namespace: str | None, number: int, text: str | None) -> str:
     """Return the symbol of the unit in a node's EngineeringUnits; '' if it is not known."""
     if namespace == UNECE and number in _BY_ID:
         return _BY_ID[number]
-    found = find_unit(text or "")
-    return found.symbol if found else ""
+    unit_ = find_unit(text or "")
+    return unit_.symbol if unit_ else ""

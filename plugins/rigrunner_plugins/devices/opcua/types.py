@@ -35,7 +35,7 @@ def encode(number: float, type_: Type) -> bool | int | float:
         low, high = -(2 ** (_BITS[type_] - 1)), 2 ** (_BITS[type_] - 1) - 1
     else:
         low, high = 0, 2 ** _UNSIGNED_BITS[type_] - 1
-    whole = round(number)
-    if not low <= whole <= high or (type_ == "Boolean" and round(number, 9) != whole):
+    nearest = round(number)
+    if not low <= nearest <= high or (type_ == "Boolean" and round(number, 9) != nearest):
         raise ValueError(f"{number:g} does not fit into {type_}: {low} to {high}")
-    return bool(whole) if type_ == "Boolean" else whole
+    return bool(nearest) if type_ == "Boolean" else nearest

@@ -25,19 +25,19 @@ class OtherProgram:
     @property
     def channels(self) -> Sequence[ChannelInfo]:
         """What is recorded or read."""
-        return [each.info(name) for name, each in self._settings.channels.items()]
+        return [channel.info(name) for name, channel in self._settings.channels.items()]
 
     @property
     def drives(self) -> Sequence[DriveInfo]:
         """What is set."""
-        return [each.info(name) for name, each in self._settings.drives.items()]
+        return [drive.info(name) for name, drive in self._settings.drives.items()]
 
     @property
     def sample_rate_hz(self) -> float:
         """Samples per second and channel."""
         return self._settings.rate
 
-    def connect(self, timeout_s: float) -> Identity:  # noqa: ARG002  (nobody is called)
+    def connect(self, timeout_s: float) -> Identity:  # noqa: ARG002  (not used)
         """Raise DeviceNotFoundError: the rig is not Rigrunner's to drive."""
         self._refuse()
 
@@ -48,23 +48,23 @@ class OtherProgram:
         """Raise DeviceNotFoundError: the rig cannot be reached."""
         self._refuse()
 
-    def set(self, drive: str, value: float) -> None:  # noqa: ARG002  (nobody is called)
+    def set(self, drive: str, value: float) -> None:  # noqa: ARG002  (not used)
         """Raise DeviceNotFoundError."""
         self._refuse()
 
-    def read_back(self, drive: str) -> float:  # noqa: ARG002  (nobody is called)
+    def read_back(self, drive: str) -> float:  # noqa: ARG002  (not used)
         """Raise DeviceNotFoundError."""
         self._refuse()
 
-    def read(self, channels: Sequence[str]) -> Mapping[str, float]:  # noqa: ARG002  (nobody is called)
+    def read(self, channels: Sequence[str]) -> Mapping[str, float]:  # noqa: ARG002  (not used)
         """Raise DeviceNotFoundError."""
         self._refuse()
 
     def stream(
         self,
-        channels: Sequence[str],  # noqa: ARG002  (nobody is called)
-        duration_s: float,  # noqa: ARG002  (nobody is called)
-        stop: StopToken,  # noqa: ARG002  (nobody is called)
+        channels: Sequence[str],  # noqa: ARG002  (not used)
+        duration_s: float,  # noqa: ARG002  (not used)
+        stop: StopToken,  # noqa: ARG002  (not used)
     ) -> Iterator[Block]:
         """Raise DeviceNotFoundError."""
         self._refuse()

@@ -9,7 +9,7 @@ import re
 from typing import TYPE_CHECKING, Any, cast
 
 from rigrunner.api import PluginError
-from rigrunner_plugins.devices.extras import missing
+from rigrunner_plugins.devices.extras import missing_package
 
 if TYPE_CHECKING:
     from collections.abc import Collection, Iterable
@@ -27,7 +27,7 @@ def instrument_class(name: str) -> type[Any]:
     try:
         from pymeasure.instruments import Instrument  # noqa: PLC0415  (a second, and optional)
     except ImportError as error:
-        raise missing("pymeasure", "pymeasure") from error
+        raise missing_package("pymeasure", "pymeasure") from error
     module_name, _, class_name = name.rpartition(".")
     try:
         module = importlib.import_module(module_name)
@@ -36,13 +36,13 @@ def instrument_class(name: str) -> type[Any]:
             f"PyMeasure's {module_name} cannot be loaded: {error}",
             hint="its documentation lists the instruments by maker",
         ) from error
-    found = getattr(module, class_name, None)
-    if not _is_one(found, Instrument):
-        known = [each for each, one in vars(module).items() if _is_one(one, Instrument)]
+    class_ = getattr(module, class_name, None)
+    if not _is_subclass(class_, Instrument):
+        names = [key for key, value in vars(module).items() if _is_subclass(value, Instrument)]
         raise PluginError(
-            f"{module_name} has no instrument '{class_name}'", hint=_near(class_name, known)
+            f"{module_name} has no instrument '{class_name}'", hint=_hint(class_name, names)
         )
-    return cast("type[Any]", found)
+    return cast("type[Any]", class_)
 
 
 def properties_of(owner: type[Any]) -> list[str]:
@@ -54,55 +54,56 @@ def properties_of(owner: type[Any]) -> list[str]:
     ]
 
 
-def check_names(found: type[Any], settings: PyMeasureSettings) -> None:
+def check_names(class_: type[Any], settings: PyMeasureSettings) -> None:
     """Raise PluginError for a property or method that the class does not have, or a wrong unit.
 
     Those of its channels are known only once it is connected.
     """
-    properties = properties_of(found)
+    properties = properties_of(class_)
     for name in sorted(settings.properties):
         if "." not in name:
-            need_property(found, name, properties)
-    used = [(each.property, each) for each in settings.channels.values()]
-    moved = [(each.property, each) for each in settings.drives.values()]
-    for name, quantity in (*used, *moved):
+            need_property(class_, name, properties)
+    channels = [(channel.property, channel) for channel in settings.channels.values()]
+    drives = [(drive.property, drive) for drive in settings.drives.values()]
+    for name, quantity in (*channels, *drives):
         if "." not in name:
-            check_unit(found, name, quantity)
-    methods = [name for name in dir(found) if is_callable_alone(found, name)]
+            check_unit(class_, name, quantity)
+    methods = [name for name in dir(class_) if is_callable_alone(class_, name)]
     for name in (*settings.calls, *settings.safe_calls):
         if name not in methods:
             raise PluginError(
-                f"{found.__name__} has no method '{name}' that needs no arguments",
-                hint=_near(name, methods),
+                f"{class_.__name__} has no method '{name}' that needs no arguments",
+                hint=_hint(name, methods),
             )
 
 
 def need_property(owner: type[Any], name: str, properties: Collection[str] | None = None) -> None:
     """Raise PluginError unless the class has that property."""
-    known = properties_of(owner) if properties is None else properties
-    if name not in known:
-        raise PluginError(f"{owner.__name__} has no property '{name}'", hint=_near(name, known))
+    names = properties_of(owner) if properties is None else properties
+    if name not in names:
+        raise PluginError(f"{owner.__name__} has no property '{name}'", hint=_hint(name, names))
 
 
 def is_callable_alone(owner: type[Any], name: str) -> bool:
-    """Say whether a public method of a class can be called without arguments."""
+    """Return whether a public method of a class can be called without arguments."""
     method = inspect.getattr_static(owner, name)
     if name.startswith("_") or not inspect.isfunction(method):
         return False
     _, *others = inspect.signature(method).parameters.values()
     return all(
-        each.default is not each.empty or each.kind in {each.VAR_POSITIONAL, each.VAR_KEYWORD}
-        for each in others
+        parameter.default is not parameter.empty
+        or parameter.kind in {parameter.VAR_POSITIONAL, parameter.VAR_KEYWORD}
+        for parameter in others
     )
 
 
-def _is_one(found: object, base: type[Any]) -> bool:
-    """Say whether something is a class derived from a base."""
-    return inspect.isclass(found) and issubclass(found, base) and found is not base
+def _is_subclass(value: object, base: type[Any]) -> bool:
+    """Return whether something is a class derived from a base."""
+    return inspect.isclass(value) and issubclass(value, base) and value is not base
 
 
-def _near(name: str, known: Iterable[str]) -> str:
-    names = sorted(known)
+def _hint(name: str, candidates: Iterable[str]) -> str:
+    names = sorted(candidates)
     near = difflib.get_close_matches(name, names, n=3)
     return f"did you mean {' or '.join(near)}?" if near else f"there are: {', '.join(names)}"
 
@@ -129,25 +130,25 @@ _IN_UNIT = re.compile(
 )
 
 
-def unit_told(owner: type[Any], name: str) -> str:
+def unit_in_description(owner: type[Any], name: str) -> str:
     """Return the symbol of the one unit that a property's description names; empty if none.
 
     PyMeasure writes 'in Volts', 'in Hz', 'in seconds'.
     """
     text = inspect.getdoc(inspect.getattr_static(owner, name)) or ""
-    named = {_symbol(word) for word in _IN_UNIT.findall(text)} - {""}
-    return named.pop() if len(named) == 1 else ""
+    units = {_symbol(word) for word in _IN_UNIT.findall(text)} - {""}
+    return units.pop() if len(units) == 1 else ""
 
 
 def check_unit(owner: type[Any], name: str, quantity: DeclaredQuantity) -> None:
-    """Raise PluginError where the station has another unit and says not how to come to it."""
-    told = unit_told(owner, name)
-    if told and told != quantity.unit and "scale" not in quantity.model_fields_set:
+    """Raise PluginError if the station has another unit and no scale."""
+    symbol = unit_in_description(owner, name)
+    if symbol and symbol != quantity.unit and "scale" not in quantity.model_fields_set:
         raise PluginError(
-            f"the property {name} of {owner.__name__} is in {told}, as PyMeasure's description"
+            f"the property {name} of {owner.__name__} is in {symbol}, as PyMeasure's description"
             f" says; the station has {quantity.unit} without a scale",
-            hint=f"write 'unit: {told}', or `scale`, even if it is 1: how many {quantity.unit}"
-            f" one {told} is",
+            hint=f"write 'unit: {symbol}', or `scale`, even if it is 1: how many {quantity.unit}"
+            f" one {symbol} is",
         )
 
 

@@ -27,14 +27,14 @@ from rigrunner_plugins.devices.pymeasure.binding import (
     need_property,
 )
 from rigrunner_plugins.devices.pymeasure.settings import FAKES
-from rigrunner_plugins.devices.text.numbers import OVERLOAD, shown
+from rigrunner_plugins.devices.text.numbers import OVERLOAD, excerpt
 from rigrunner_plugins.devices.text.patterns import fits
 from rigrunner_plugins.devices.visa.device import identity_of
 from rigrunner_plugins.devices.visa.errors import visa_errors
 from rigrunner_plugins.devices.visa.opening import (
     is_gone,
     library,
-    not_opened,
+    open_error,
     send_at_once,
 )
 
@@ -71,7 +71,7 @@ class PyMeasureDevice(CommandedDriver):
         self.safe_commands = settings.safe_calls
         self._settings = settings
         self._folder = context.folder
-        self._one = OneAtATime()
+        self._one_at_a_time = OneAtATime()
         self._instrument: Any = None
         self._open_s = settings.timeout
 
@@ -82,7 +82,7 @@ class PyMeasureDevice(CommandedDriver):
         return self._identify()
 
     def set_up(self) -> None:
-        """Set the properties and call the methods that the station says."""
+        """Set the properties and call the methods of the station's settings."""
         for name, value in self._settings.setup.items():
             self._set(name, value)
         for name in self._settings.calls:
@@ -94,18 +94,18 @@ class PyMeasureDevice(CommandedDriver):
 
     def get(self, channel: str) -> float:
         """Read the property of a channel."""
-        asked = self._settings.channels[channel]
-        return asked.to_si(self._get(asked.property, asked.item))
+        settings = self._settings.channels[channel]
+        return settings.to_si(self._get(settings.property, settings.item))
 
     def put(self, drive: str, value: float) -> None:
         """Set the property of a drive."""
-        told = self._settings.drives[drive]
-        self._set(told.property, told.from_si(value))
+        settings = self._settings.drives[drive]
+        self._set(settings.property, settings.from_si(value))
 
     def actual(self, drive: str) -> float:
-        """Read the property that tells where a drive stands."""
-        asked = self._settings.drives[drive]
-        return asked.to_si(self._get(asked.read_back or asked.property))
+        """Read the property of a drive's actual value."""
+        settings = self._settings.drives[drive]
+        return settings.to_si(self._get(settings.read_back or settings.property))
 
     def send(self, command: str) -> None:
         """Call a method of the instrument."""
@@ -121,8 +121,8 @@ class PyMeasureDevice(CommandedDriver):
             owner, attribute = _owner(instrument, name)
             return number_of(getattr(owner, attribute), name, item)
 
-        which = f"{name} {item}" if item else name
-        return self._exchange(f"get {which}", get)
+        label = f"{name} {item}" if item else name
+        return self._exchange(f"get {label}", get)
 
     def _set(self, name: str, value: float | str) -> None:
         def put(instrument: Any) -> None:
@@ -136,7 +136,7 @@ class PyMeasureDevice(CommandedDriver):
         if not self._settings.check_errors:
             return
         errors = self._exchange(
-            "check errors", lambda instrument: [str(each) for each in instrument.check_errors()]
+            "check errors", lambda instrument: [str(error) for error in instrument.check_errors()]
         )
         if errors:
             raise DeviceRejectedError(f"the instrument does not accept {what}: {'; '.join(errors)}")
@@ -149,7 +149,7 @@ class PyMeasureDevice(CommandedDriver):
         answer = self._exchange("get *IDN?", lambda instrument: str(instrument.ask("*IDN?")))
         if not fits(self._settings.expect, answer):
             raise DeviceNotFoundError(
-                f"at {self._settings.resource} answers {shown(answer)} to '*IDN?',"
+                f"at {self._settings.resource} answers {excerpt(answer)} to '*IDN?',"
                 f" which does not fit '{self._settings.expect}'",
                 hint="is it the right instrument? in `expect`, .* matches anything",
             )
@@ -161,7 +161,7 @@ class PyMeasureDevice(CommandedDriver):
     def _perform(self, request: str, work: Callable[[Any], _T]) -> _T:
         """Do something with the instrument; what fails in PyMeasure is the instrument's refusal."""
         timeout_s = self._settings.timeout
-        with self._one.alone(timeout_s + self._open_s):
+        with self._one_at_a_time.alone(timeout_s + self._open_s):
             if self._instrument is None:
                 try:
                     self._open()
@@ -178,30 +178,30 @@ class PyMeasureDevice(CommandedDriver):
                 self._drop()
                 raise
             except ValueError as error:  # of a validator, before anything is sent
-                raise _refused(request, error) from error
-            except Exception as error:  # whatever a class of somebody else's raises
+                raise _rejection(request, error) from error
+            except Exception as error:  # whatever a foreign class raises
                 self._drop()
-                raise _refused(request, error) from error
+                raise _rejection(request, error) from error
 
     def _open(self) -> None:
         self._drop()
         settings = self._settings
-        found = instrument_class(settings.instrument)
-        check_names(found, settings)
+        class_ = instrument_class(settings.instrument)
+        check_names(class_, settings)
         try:
             with warnings.catch_warnings():
                 warnings.simplefilter("ignore")  # those of PyMeasure are for its own developers
                 if settings.instrument.startswith(FAKES):
-                    self._instrument = found()  # it is connected to nothing
+                    self._instrument = class_()  # it is connected to nothing
                 else:
-                    self._instrument = found(
+                    self._instrument = class_(
                         settings.resource,
                         visa_library=library(settings.backend, self._folder),
                         open_timeout=int(self._open_s * 1000),
                         **settings.connection,
                     )
-        except Exception as error:  # whatever a class of somebody else's raises
-            raise not_opened(settings.resource, error) from error
+        except Exception as error:  # whatever a foreign class raises
+            raise open_error(settings.resource, error) from error
         connection = getattr(self._instrument.adapter, "connection", None)
         if connection is not None:
             connection.timeout = settings.timeout * 1000
@@ -217,7 +217,7 @@ class PyMeasureDevice(CommandedDriver):
                 instrument.adapter.close()
 
 
-def _refused(request: str, error: Exception) -> DeviceRejectedError:
+def _rejection(request: str, error: Exception) -> DeviceRejectedError:
     return DeviceRejectedError(f"PyMeasure failed to {request}: {type(error).__name__}: {error}")
 
 
@@ -228,10 +228,10 @@ def _owner(instrument: Any, name: str) -> tuple[Any, str]:
     channel, _, attribute = name.rpartition(".")
     owner = getattr(instrument, channel, None) if channel else instrument
     if channel and not isinstance(owner, Channel):
-        known = [each for each, one in vars(instrument).items() if isinstance(one, Channel)]
+        channels = [key for key, value in vars(instrument).items() if isinstance(value, Channel)]
         raise PluginError(
             f"{type(instrument).__name__} has no channel '{channel}'",
-            hint=f"there are: {', '.join(known) or 'none'}",
+            hint=f"there are: {', '.join(channels) or 'none'}",
         )
     need_property(type(owner), attribute)
     return owner, attribute
@@ -239,7 +239,7 @@ def _owner(instrument: Any, name: str) -> tuple[Any, str]:
 
 def number_of(value: object, name: str, item: int | None = None) -> float:
     """Return a property's value, or one of several, as a number; raise DeviceRejectedError."""
-    one: Any = value
+    element: Any = value
     if isinstance(value, (list, tuple, np.ndarray)):
         count = len(value)
         if item is None:
@@ -250,12 +250,12 @@ def number_of(value: object, name: str, item: int | None = None) -> float:
             raise DeviceRejectedError(
                 f"the property {name} gives {count} values, not {item} or more"
             )
-        one = value[item - 1]
-    if not isinstance(one, SupportsFloat):
+        element = value[item - 1]
+    if not isinstance(element, SupportsFloat):
         raise DeviceRejectedError(
-            f"the property {name} gives {shown(str(one))}, which is not a number"
+            f"the property {name} gives {excerpt(str(element))}, which is not a number"
         )
-    number = float(one)
+    number = float(element)
     if not abs(number) < OVERLOAD:
         raise DeviceRejectedError(
             f"the property {name} gives {number:g}: overload or 'not a number'",

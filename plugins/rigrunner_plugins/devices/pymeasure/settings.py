@@ -92,10 +92,10 @@ class PyMeasureSettings(SimulableSettings):
     @property
     def properties(self) -> set[str]:
         """The names of all properties that are used."""
-        read = {each.property for each in self.channels.values()}
-        moved = {each.property for each in self.drives.values()}
-        back = {each.read_back for each in self.drives.values() if each.read_back}
-        return read | moved | back | set(self.setup)
+        read = {channel.property for channel in self.channels.values()}
+        set_ = {drive.property for drive in self.drives.values()}
+        back = {drive.read_back for drive in self.drives.values() if drive.read_back}
+        return read | set_ | back | set(self.setup)
 
     @model_validator(mode="after")
     def _belongs_together(self) -> Self:

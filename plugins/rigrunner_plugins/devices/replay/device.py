@@ -127,12 +127,13 @@ class Replay:
 
     def _entry(self) -> RecordingEntry:
         """Return the recording at the present set-points."""
-        manifest, at = self._connected(), self._drives.actual
+        manifest, set_points = self._connected(), self._drives.actual
         for entry in manifest.recordings:
-            if entry.is_at(at["frequency"], at["load"]):
+            if entry.is_at(set_points["frequency"], set_points["load"]):
                 return entry
         raise DeviceRejectedError(
-            f"no recording of {at['frequency']:g} Hz at {at['load']:g} N in {self._folder}",
+            f"no recording of {set_points['frequency']:g} Hz at {set_points['load']:g} N"
+            f" in {self._folder}",
             hint=f"there are: {', '.join(str(entry) for entry in manifest.recordings)}",
         )
 
@@ -142,10 +143,10 @@ class Replay:
             return {}
         if self._last is None or self._last[0] is not entry:
             path = self._folder / entry.file
-            chosen = self._settings.channels
+            channels = self._settings.channels
             columns = {
                 name: channel.column
-                for name, channel in chosen.items()
+                for name, channel in channels.items()
                 if channel.column is not None and name not in entry.values
             }
             raw: Mapping[str, Column]
@@ -157,13 +158,13 @@ class Replay:
                 raw = read_csv(path, columns, self._settings.table)
             values = {}
             for name, column in raw.items():
-                known, stated = unit(chosen[name].unit), find_unit(column.unit)
-                if stated is not None and stated.symbol != known.symbol:
+                unit_, stated_unit = unit(channels[name].unit), find_unit(column.unit)
+                if stated_unit is not None and stated_unit.symbol != unit_.symbol:
                     raise DeviceRejectedError(
-                        f"'{entry.file}' states '{column.unit}' for '{name}', not '{known.symbol}'",
+                        f"'{entry.file}' states '{column.unit}' for '{name}', not '{unit_.symbol}'",
                         hint="correct the unit of the channel in the settings",
                     )
-                values[name] = column.values * known.factor + known.offset
+                values[name] = column.values * unit_.factor + unit_.offset
             self._last = entry, values
         return self._last[1]
 

@@ -43,7 +43,7 @@ class RecordingEntry(Settings):
 
     def is_at(self, frequency_hz: float, load_n: float) -> bool:
         """Return whether it was made at these set-points."""
-        return _same(self.frequency, frequency_hz) and _same(self.load, load_n)
+        return _is_same(self.frequency, frequency_hz) and _is_same(self.load, load_n)
 
     def __str__(self) -> str:
         """Return the set-points as they are listed in messages."""
@@ -70,11 +70,11 @@ def load_manifest(folder: Path, name: str, channels: Mapping[str, ColumnSettings
     try:
         manifest = Manifest.model_validate(texts.data)
     except ValidationError as error:
-        raise InvalidFileError(_of_model(texts, error)) from None
+        raise InvalidFileError(_model_problems(texts, error)) from None
     problems = [
         Problem(message, texts.location(path), _dotted(path))
         for index, entry in enumerate(manifest.recordings)
-        for path, message in _of_entry(manifest.recordings, index, folder, channels)
+        for path, message in _entry_problems(manifest.recordings, index, folder, channels)
     ]
     if problems:
         raise InvalidFileError(problems)
@@ -87,18 +87,18 @@ def inside(folder: Path, name: str) -> Path | None:
     return path if path.is_relative_to(folder.resolve()) else None
 
 
-def _of_model(texts: Texts, error: ValidationError) -> Iterator[Problem]:
-    for found in error.errors(include_url=False, include_context=False, include_input=False):
-        path, message = found["loc"], found["msg"].removeprefix("Value error, ")
-        if found["type"] == "missing":
+def _model_problems(texts: Texts, error: ValidationError) -> Iterator[Problem]:
+    for details in error.errors(include_url=False, include_context=False, include_input=False):
+        path, message = details["loc"], details["msg"].removeprefix("Value error, ")
+        if details["type"] == "missing":
             message = "is missing"
-        elif found["type"] == "extra_forbidden":
+        elif details["type"] == "extra_forbidden":
             model = Manifest if len(path) == 1 else RecordingEntry
             message = f"is unknown; known are {', '.join(model.model_fields)}"
         yield Problem(message, texts.location(path), _dotted(path))
 
 
-def _of_entry(
+def _entry_problems(
     entries: Sequence[RecordingEntry],
     index: int,
     folder: Path,
@@ -116,12 +116,12 @@ def _of_entry(
         where = ("recordings", index, "values", name)
         if name not in channels:
             yield where, f"there is no channel '{name}'; there are: {', '.join(channels)}"
-        elif quantity.dimension != (wanted := unit(channels[name].unit).dimension):
+        elif quantity.dimension != (dimension := unit(channels[name].unit).dimension):
             yield (
                 where,
                 (
                     f"'{quantity}' is {with_article(quantity.dimension)}, but"
-                    f" {with_article(wanted)} is needed"
+                    f" {with_article(dimension)} is needed"
                 ),
             )
     if any(other.is_at(entry.frequency, entry.load) for other in entries[:index]):
@@ -133,5 +133,5 @@ def _dotted(path: Where) -> str:
     return "".join(steps).removeprefix(".")
 
 
-def _same(a: float, b: float) -> bool:
+def _is_same(a: float, b: float) -> bool:
     return abs(a - b) <= CLOSE * max(abs(a), abs(b))

@@ -23,19 +23,19 @@ Path_ = tuple[int | str, ...]
 
 @dataclass(frozen=True)
 class Texts:
-    """Mappings, lists and texts, and where each of them stands."""
+    """Mappings, lists and texts, and the position of each."""
 
     data: Any
     file: str
     marks: Mapping[Path_, tuple[int, int]]
 
     def location(self, path: Sequence[int | str]) -> Location:
-        """Return where the value at that path stands, or the nearest one around it."""
-        known = next(
+        """Return the position of the value at a path, or of the nearest one around it."""
+        position = next(
             (self.marks[tuple(path[:n])] for n in range(len(path), -1, -1)
              if tuple(path[:n]) in self.marks), (1, 1),
         )  # fmt: skip
-        return Location(self.file, *known)
+        return Location(self.file, *position)
 
 
 def read_texts(path: Path) -> Texts:
@@ -82,19 +82,19 @@ def _plain(node: yaml.Node, path: Path_, file: str, marks: dict[Path_, tuple[int
         return node.value
     if isinstance(node, yaml.SequenceNode):
         return [_plain(item, (*path, i), file, marks) for i, item in enumerate(node.value)]
-    found: dict[str, Any] = {}
+    mapping: dict[str, Any] = {}
     for key, value in node.value:
         where = _location(file, key)
         if not isinstance(key, yaml.ScalarNode):
             raise _invalid("a key must be a text", where)
-        if key.value in found:
+        if key.value in mapping:
             raise _invalid(f"the key '{key.value}' is given twice", where)
-        found[key.value] = _plain(value, (*path, key.value), file, marks)
-    return found
+        mapping[key.value] = _plain(value, (*path, key.value), file, marks)
+    return mapping
 
 
-def _location(file: str, found: yaml.Node | yaml.Event | yaml.MarkedYAMLError) -> Location:
-    mark = found.problem_mark if isinstance(found, yaml.MarkedYAMLError) else found.start_mark
+def _location(file: str, place: yaml.Node | yaml.Event | yaml.MarkedYAMLError) -> Location:
+    mark = place.problem_mark if isinstance(place, yaml.MarkedYAMLError) else place.start_mark
     return Location(file, mark.line + 1, mark.column + 1) if mark else Location(file)
 
 

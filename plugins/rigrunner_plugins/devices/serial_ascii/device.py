@@ -68,28 +68,28 @@ class SerialAscii(Driver):
         return {name: values[name] for name in channels}
 
     def get_reading(self, reading: str) -> Reading:
-        """Return what is not a number of the newest line."""
+        """Return a reading of the newest line."""
         return self.observe([reading])[reading]
 
     def observe(self, readings: Sequence[str]) -> dict[str, Reading]:
         """Return each reading, all out of one line."""
         self._need_connection()
-        found = self._settings.readings_in(self._line())
-        if unknown := [name for name in readings if name not in found]:
+        values = self._settings.readings_in(self._line())
+        if unknown := [name for name in readings if name not in values]:
             raise DeviceRejectedError(
-                f"there is no reading '{unknown[0]}'", hint=f"there are: {', '.join(found)}"
+                f"there is no reading '{unknown[0]}'", hint=f"there are: {', '.join(values)}"
             )
-        return {name: found[name] for name in readings}
+        return {name: values[name] for name in readings}
 
     def _line(self) -> str:
         request = self._settings.request
-        return self.exchange(f"request {request}" if request else "newest line", self._newest)
+        return self.exchange(f"request {request}" if request else "newest line", self._read_newest)
 
     def _values(self) -> dict[str, float]:
         return self._settings.values_in(self._line())
 
-    def _newest(self) -> str:
-        lines, settings = self._linked(), self._settings
+    def _read_newest(self) -> str:
+        lines, settings = self._open_lines(), self._settings
         try:
             if settings.request:
                 return lines.ask(
@@ -101,23 +101,25 @@ class SerialAscii(Driver):
             raise
 
     def _identify(self) -> Identity:
-        wanted, port = self._settings.identification, self._settings.port
-        if wanted is None or self._settings.simulated:
+        identification, port = self._settings.identification, self._settings.port
+        if identification is None or self._settings.simulated:
             simulated = self._settings.simulated
             return Identity("unidentified", f"instrument at {port}", "", simulated=simulated)
 
         def ask() -> str:
-            lines, stale_s = self._linked(), self._settings.stale
+            lines, stale_s = self._open_lines(), self._settings.stale
             try:
-                return lines.ask(wanted.query, partial(fits, wanted.expect), stale_s).strip()
+                return lines.ask(
+                    identification.query, partial(fits, identification.expect), stale_s
+                ).strip()
             except DeviceTimeoutError as error:
                 raise DeviceNotFoundError(
-                    f"no instrument that matches '{wanted.expect}' answers '{wanted.query}':"
-                    f" {error.message}",
+                    f"no instrument that matches '{identification.expect}' answers"
+                    f" '{identification.query}': {error.message}",
                     hint="is it the right instrument? in `expect`, .* matches anything",
                 ) from error
 
-        answer = self.exchange(f"query {wanted.query}", ask)
+        answer = self.exchange(f"query {identification.query}", ask)
         return Identity("(maker not told)", answer, "")
 
     def _open(self) -> None:
@@ -126,9 +128,9 @@ class SerialAscii(Driver):
         self._lines = make(self._settings, self.clock)
 
     def _start(self) -> None:
-        self._linked().send(self._settings.start)
+        self._open_lines().send(self._settings.start)
 
-    def _linked(self) -> Lines:
+    def _open_lines(self) -> Lines:
         if self._lines is None:
             try:
                 self._open()

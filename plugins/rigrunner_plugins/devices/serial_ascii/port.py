@@ -7,9 +7,9 @@ from contextlib import suppress
 from typing import TYPE_CHECKING, Any, Protocol
 
 from rigrunner.api import DeviceLostError, DeviceNotFoundError, DeviceRejectedError
-from rigrunner_plugins.devices.extras import missing
-from rigrunner_plugins.devices.serial_ascii.hearing import Hearing, Line
-from rigrunner_plugins.devices.text.numbers import shown
+from rigrunner_plugins.devices.extras import missing_package
+from rigrunner_plugins.devices.serial_ascii.line_buffer import Line, LineBuffer
+from rigrunner_plugins.devices.text.numbers import excerpt
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -62,12 +62,12 @@ class PortLines:
 
     def __init__(self, settings: SerialAsciiSettings, clock: Clock) -> None:
         self._settings = settings
-        self._hearing = Hearing(settings, clock)
+        self._buffer = LineBuffer(settings, clock)
         self._ends = threading.Event()
         self._port = _open(settings)
-        self.newest = self._hearing.newest
-        self.record = self._hearing.record
-        self.stop_recording = self._hearing.stop_recording
+        self.newest = self._buffer.newest
+        self.record = self._buffer.record
+        self.stop_recording = self._buffer.stop_recording
         self._thread = threading.Thread(
             target=self._listen, name=f"lines of {settings.port}", daemon=True
         )
@@ -84,17 +84,17 @@ class PortLines:
 
     def ask(self, text: str, is_answer: Callable[[str], bool], within_s: float) -> str:
         """Send a text and return the first line that answers it; raise a DeviceError."""
-        if self._settings.request and (unasked := self._hearing.unasked()):
+        if self._settings.request and (unsolicited := self._buffer.unsolicited()):
             raise DeviceRejectedError(
-                f"before '{text}' was sent, {shown(unasked)} arrived unrequested",
+                f"before '{text}' was sent, {excerpt(unsolicited)} arrived unrequested",
                 hint="if the instrument sends lines by itself, leave out `request`",
             )
-        return self._hearing.answer(lambda: self.send(text), is_answer, within_s)
+        return self._buffer.answer(lambda: self.send(text), is_answer, within_s)
 
     def recorded(self) -> list[Line]:
         """Return the lines since the last call, gathered for a tenth of a second."""
         self._ends.wait(_BLOCK_S)
-        return self._hearing.recorded()
+        return self._buffer.recorded()
 
     def close(self) -> None:
         """End the thread and give the port back."""
@@ -108,24 +108,24 @@ class PortLines:
             try:
                 data = self._port.read(max(1, self._port.in_waiting))
             except (OSError, TypeError) as error:  # TypeError: closed under a read, by pyserial
-                self._hearing.fail(error)
+                self._buffer.fail(error)
                 return
             if data:
-                self._hearing.hear(data)
+                self._buffer.feed(data)
 
 
 class ExampleLines:
-    """The example of the settings, as often as it is wanted: an instrument that is simulated."""
+    """A simulated instrument: sends the example of the settings."""
 
     def __init__(self, settings: SerialAsciiSettings, clock: Clock) -> None:
         self._settings = settings
         self._clock = clock
 
     def send(self, text: str) -> None:
-        """Nobody is there to hear it."""
+        """Do nothing: it is simulated."""
 
     def ask(self, text: str, is_answer: Callable[[str], bool], within_s: float) -> str:  # noqa: ARG002  (the Protocol's)
-        """Return the example, whatever is asked."""
+        """Return the example."""
         return self._settings.example
 
     def newest(self) -> str:
@@ -156,7 +156,7 @@ def _open(settings: SerialAsciiSettings) -> Any:
     try:
         import serial  # noqa: PLC0415  (optional)
     except ImportError as error:
-        raise missing("pyserial", "serial") from error
+        raise missing_package("pyserial", "serial") from error
     line = settings.serial
     try:
         port = serial.Serial(

@@ -100,5 +100,5 @@ class SerialAsciiSettings(SimulableSettings):
         }
 
     def is_ignored(self, line: str) -> bool:
-        """Say whether a line is no measurement."""
+        """Return whether a line is no measurement."""
         return bool(self.ignore) and fits(self.ignore, line)

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
 
     from rigrunner.api import DeviceContext, StopToken
-    from rigrunner_plugins.devices.serial_ascii.hearing import Line
+    from rigrunner_plugins.devices.serial_ascii.line_buffer import Line
     from rigrunner_plugins.devices.serial_ascii.settings import SerialAsciiSettings
 
 _UNEVEN_S = 0.15
@@ -56,11 +56,11 @@ class StreamingSerialAscii(SerialAscii):
         first, pace = 0, _Pace(self._rate_hz)
 
         def perform() -> list[str]:
-            lines = self._linked().recorded()
+            lines = self._open_lines().recorded()
             pace.check(lines)
             return [line.text for line in lines]
 
-        self.exchange("record", lambda: self._linked().record())
+        self.exchange("record", lambda: self._open_lines().record())
         try:
             while first < samples and not stop.is_set():
                 lines = self.exchange("recorded lines", perform)[: samples - first]
@@ -77,7 +77,7 @@ class StreamingSerialAscii(SerialAscii):
 
 
 class _Pace:
-    """Whether lines come as fast as the station says."""
+    """Checks that lines come at the station's rate."""
 
     def __init__(self, rate_hz: float) -> None:
         self._rate_hz = rate_hz

@@ -37,10 +37,10 @@ class Tabulated:
     @property
     def channels(self) -> Sequence[ChannelInfo]:
         """The columns that are no set-points."""
-        told = self._settings
+        table = self._settings
         return [
-            ChannelInfo(name, told.unit(name), name.capitalize(), shown_in=told.written_in(name))
-            for name in told.channels
+            ChannelInfo(name, table.unit(name), name.capitalize(), shown_in=table.written_in(name))
+            for name in table.channels
         ]
 
     @property
@@ -48,7 +48,7 @@ class Tabulated:
         """The set-points, each from 0 (not of a temperature) or its least to its greatest value."""
         return self._drives.infos
 
-    def connect(self, timeout_s: float) -> Identity:  # noqa: ARG002  (nobody has to be waited for)
+    def connect(self, timeout_s: float) -> Identity:  # noqa: ARG002  (it answers at once)
         """Name the table."""
         self._connected = True
         return Identity("a table", self._settings.title, "", simulated=True)
@@ -85,10 +85,10 @@ class Tabulated:
         return None if self._row(set_points) else self._no_row(set_points)
 
     def _row(self, set_points: Mapping[str, float]) -> Row | None:
-        here = [set_points[name] for name in self._settings.set_points]
+        values = [set_points[name] for name in self._settings.set_points]
         for row in self._settings.rows:
-            there = self._settings.place(row)
-            if all(isclose(a, b, rel_tol=SAME) for a, b in zip(there, here, strict=True)):
+            row_values = self._settings.place(row)
+            if all(isclose(a, b, rel_tol=SAME) for a, b in zip(row_values, values, strict=True)):
                 return row
         return None
 
@@ -111,13 +111,13 @@ class Tabulated:
 def _drive(settings: TabulatedSettings, name: str) -> DriveInfo:
     values = [row[name].si for row in settings.rows]
     # Nothing rests at the zero of temperature.
-    rest = min(values) if settings.unit(name) == "K" else 0.0
+    safe_value = min(values) if settings.unit(name) == "K" else 0.0
     return DriveInfo(
         name=name,
         unit=settings.unit(name),
         long_name=name.capitalize(),
-        minimum=min(rest, *values),
-        maximum=max(rest, *values),
-        safe_value=rest,
+        minimum=min(safe_value, *values),
+        maximum=max(safe_value, *values),
+        safe_value=safe_value,
         sets_cycle_frequency=name == settings.cycle_frequency,
     )

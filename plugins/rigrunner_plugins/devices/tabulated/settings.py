@@ -76,10 +76,10 @@ class TabulatedSettings(Settings):
                     f" the first row has {', '.join(self.columns)}"
                 )
             for name, value in row.items():
-                wanted = self.rows[0][name].dimension
-                if value.dimension != wanted:
+                dimension = self.rows[0][name].dimension
+                if value.dimension != dimension:
                     raise ValueError(
-                        f"row {number}, {name}: got '{value}', expected {with_article(wanted)}"
+                        f"row {number}, {name}: got '{value}', expected {with_article(dimension)}"
                     )
             place = tuple(float(f"{value:.9g}") for value in self.place(row))  # 1 L/min is 60 L/h
             earlier = first.setdefault(place, number)

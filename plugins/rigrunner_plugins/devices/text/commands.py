@@ -26,16 +26,16 @@ SettingCommand = Annotated[str, AfterValidator(_has_a_value)]
 
 def with_value(command: str, number: float) -> str:
     """Return the command with the number in its place; by itself with 12 digits."""
-    return _VALUE.sub(lambda match: _written(match, number), command)
+    return _VALUE.sub(lambda match: _formatted(match, number), command)
 
 
 def as_sent(command: str, number: float) -> float:
     """Return the number that the command has in place of the given one, which it may round."""
     match = _VALUE.search(command)
-    return number if match is None else float(_written(match, number))
+    return number if match is None else float(_formatted(match, number))
 
 
-def _written(match: re.Match[str], number: float) -> str:
+def _formatted(match: re.Match[str], number: float) -> str:
     return format(number, match[1] or ".12g")
 
 
@@ -44,6 +44,6 @@ def with_samples(command: str, samples: int) -> str:
     return command.replace(_SAMPLES, str(samples))
 
 
-def says_samples(command: str) -> bool:
-    """Say whether a command holds the number of samples."""
+def has_samples(command: str) -> bool:
+    """Return whether a command holds the number of samples."""
     return _SAMPLES in command

@@ -50,21 +50,21 @@ class NumberInText(Settings):
         return self
 
     def number_in(self, text: str, what: str) -> float:
-        """Return the number; raise DeviceRejectedError, which tells `what` the text is."""
+        """Return the number; raise DeviceRejectedError, whose message begins with `what`."""
         place = self._place(text.strip(), what)
         shape = _DECIMAL if self.number == "decimal" else _HEXADECIMAL
         match = shape.fullmatch(place)
         if match is None:
             raise DeviceRejectedError(
-                f"{what} is {shown(text)}: {shown(place)} is not a {self.number} number",
+                f"{what} is {excerpt(text)}: {excerpt(place)} is not a {self.number} number",
                 hint="select the number with `pattern` or `field`",
             )
         sign, digits, rest = match.groups()
         if rest.strip() != self.unit_in_answer:
-            wanted = f"'{self.unit_in_answer}'" if self.unit_in_answer else "nothing more"
+            expected = f"'{self.unit_in_answer}'" if self.unit_in_answer else "nothing more"
             raise DeviceRejectedError(
-                f"{what} is {shown(text)}: after the number is {shown(rest.strip())}, expected"
-                f" {wanted}",
+                f"{what} is {excerpt(text)}: after the number is {excerpt(rest.strip())}, expected"
+                f" {expected}",
                 hint="a unit? set the instrument to the station's, or change `unit_in_answer`"
                 " together with `unit`",
             )
@@ -84,7 +84,7 @@ class NumberInText(Settings):
             match = re.search(self.pattern, text)
             if match is None or match[1] is None:
                 raise DeviceRejectedError(
-                    f"{what} is {shown(text)}, which does not fit the pattern '{self.pattern}'"
+                    f"{what} is {excerpt(text)}, which does not fit the pattern '{self.pattern}'"
                 )
             return match[1].strip()
         if self.field is None:
@@ -92,12 +92,12 @@ class NumberInText(Settings):
         fields = text.split(None if self.separator.isspace() else self.separator)
         if self.field > len(fields):
             raise DeviceRejectedError(
-                f"{what} is {shown(text)}: it has {len(fields)} fields, no {self.field}"
+                f"{what} is {excerpt(text)}: it has {len(fields)} fields, no {self.field}"
             )
         return fields[self.field - 1].strip()
 
 
-def shown(text: str) -> str:
+def excerpt(text: str) -> str:
     """Return an answer as a message may show it: on one line, and not endless."""
     cut = text if len(text) <= _LONGEST else f"{text[:_LONGEST]}…"
     return repr(cut)

@@ -19,7 +19,7 @@ def _compilable(text: str) -> str:
 
 
 def shaped(pattern: str, allowed: str) -> tuple[AfterValidator, WithJsonSchema]:
-    """Return what makes a text one that fits a pattern as a whole, told in words where it does not.
+    """Return the annotations of a text that must match a pattern, and the words for the error.
 
     The pattern is for JSON Schema too: nothing that ECMA 262 does not know.
     """
@@ -43,7 +43,7 @@ Command = Annotated[str, Field(min_length=1)]
 
 
 def fits(pattern: str, text: str) -> bool:
-    """Say whether the whole text, without the blanks around it, fits the regular expression."""
+    """Return whether the whole text, without the blanks around it, fits the regular expression."""
     return re.fullmatch(pattern, text.strip(), re.DOTALL) is not None
 
 

@@ -10,7 +10,7 @@ from pydantic import Field, model_validator
 
 from rigrunner.api import DeviceRejectedError
 from rigrunner_plugins.devices.declared import DeclaredReading
-from rigrunner_plugins.devices.text.numbers import shown
+from rigrunner_plugins.devices.text.numbers import excerpt
 from rigrunner_plugins.devices.text.patterns import Regex, fits
 
 if TYPE_CHECKING:
@@ -43,17 +43,17 @@ class ReadingInText(DeclaredReading):
         return self
 
     def reading_in(self, text: str, what: str) -> Reading:
-        """Return the reading; raise DeviceRejectedError, which tells `what` the text is."""
+        """Return the reading; raise DeviceRejectedError, whose message begins with `what`."""
         place = text.strip()
         if self.pattern:
             match = re.search(self.pattern, place)
             if match is None or match[1] is None:
                 problem = f"which does not fit the pattern '{self.pattern}'"
-                raise DeviceRejectedError(f"{what} is {shown(text)}, {problem}")
+                raise DeviceRejectedError(f"{what} is {excerpt(text)}, {problem}")
             place = match[1].strip()
         if self.kind == "text":
             if len(place) > _LONGEST or not place.isprintable():
-                raise DeviceRejectedError(f"{what} is {shown(text)}: no text of one line")
+                raise DeviceRejectedError(f"{what} is {excerpt(text)}: no text of one line")
             return place
         return self._yes_or_no(place, what) if self.kind == "boolean" else self._array(place, what)
 
@@ -61,7 +61,7 @@ class ReadingInText(DeclaredReading):
         yes, no = fits(self.yes, place), fits(self.no, place)
         if yes == no:
             raise DeviceRejectedError(
-                f"{what} is {shown(place)}: {'both' if yes else 'neither'} yes and no",
+                f"{what} is {excerpt(place)}: {'both' if yes else 'neither'} yes and no",
                 hint="`yes` and `no` state the texts",
             )
         return yes
@@ -71,7 +71,7 @@ class ReadingInText(DeclaredReading):
         try:
             numbers = tuple(map(float, parts))
         except ValueError as error:
-            raise DeviceRejectedError(f"{what} is {shown(place)}: no list of numbers") from error
+            raise DeviceRejectedError(f"{what} is {excerpt(place)}: no list of numbers") from error
         if len(numbers) > _MOST or not all(map(math.isfinite, numbers)):
             raise DeviceRejectedError(f"{what} has numbers that are not finite, or over {_MOST:,}")
         return self.to_si(numbers)

@@ -30,11 +30,11 @@ Termination = Annotated[str, AfterValidator(_characters)]
 
 def termination_name(characters: str) -> str:
     """Return the name of a termination, as a station has it."""
-    known = {value: name for name, value in NAMES.items()}
-    return known.get(characters, repr(characters))
+    names = {value: name for name, value in NAMES.items()}
+    return names.get(characters, repr(characters))
 
 
-def decoded(raw: bytes) -> str:
+def decode(raw: bytes) -> str:
     """Return what an instrument sent as text: UTF-8, or else one character a byte."""
     try:
         return raw.decode()

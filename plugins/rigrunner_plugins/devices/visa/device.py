@@ -1,4 +1,4 @@
-"""An instrument behind VISA: readable, settable, and recording if its station says how."""
+"""An instrument behind VISA: readable, settable, and recording if its station defines a stream."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from rigrunner.api.driver import check_patience
 from rigrunner_plugins.devices.commanded import CommandedDriver
 from rigrunner_plugins.devices.declared import channel_infos, drive_infos, reading_infos
 from rigrunner_plugins.devices.text.commands import with_value
-from rigrunner_plugins.devices.text.numbers import shown
+from rigrunner_plugins.devices.text.numbers import excerpt
 from rigrunner_plugins.devices.text.patterns import fits
 from rigrunner_plugins.devices.visa.link import VisaLink
 
@@ -32,7 +32,7 @@ _MOST_ERRORS = 20
 
 
 class Visa(CommandedDriver):
-    """An instrument that is asked and told in text."""
+    """An instrument that is queried and set in text."""
 
     def __init__(self, settings: VisaSettings, context: DeviceContext) -> None:
         super().__init__(context, channel_infos(settings.channels), drive_infos(settings.drives))
@@ -46,11 +46,11 @@ class Visa(CommandedDriver):
         """Open the connection and identify."""
         self.exchange(f"open {self._settings.resource}", lambda: self._link.open(timeout_s))
         identity = self._identify()
-        self._errors_told()  # of somebody before us
+        self._read_errors()  # of earlier users
         return identity
 
     def set_up(self) -> None:
-        """Send what is to be sent, and verify what has to be so."""
+        """Send the commands for connecting, and make the checks."""
         for command in self._settings.on_connect:
             self.send(command)
         for check in self._settings.verify:
@@ -62,47 +62,47 @@ class Visa(CommandedDriver):
 
     def get(self, channel: str) -> float:
         """Ask for the present value of a channel."""
-        asked = self._settings.channels[channel]
-        return self._number(asked.query, asked)
+        settings = self._settings.channels[channel]
+        return self._number(settings.query, settings)
 
     def get_reading(self, reading: str) -> Reading:
-        """Ask for what is not a number."""
-        asked = self._settings.readings[reading]
-        answer = self.ask(asked.query)
+        """Query a reading."""
+        settings = self._settings.readings[reading]
+        answer = self.ask(settings.query)
         try:
-            return asked.reading_in(answer, f"the answer to '{asked.query}'")
+            return settings.reading_in(answer, f"the answer to '{settings.query}'")
         except DeviceError:
             self._link.drop()  # it may be the answer to something else
             raise
 
     def put(self, drive: str, value: float) -> None:
         """Send a drive its new set-point."""
-        told = self._settings.drives[drive]
-        self.send(with_value(told.command, told.from_si(value)))
+        settings = self._settings.drives[drive]
+        self.send(with_value(settings.command, settings.from_si(value)))
 
     def actual(self, drive: str) -> float:
-        """Ask where a drive stands."""
-        asked = self._settings.drives[drive]
-        return self._number(asked.read_back, asked)
+        """Query the actual value of a drive."""
+        settings = self._settings.drives[drive]
+        return self._number(settings.read_back, settings)
 
     def send(self, command: str) -> None:
-        """Send a command; raise DeviceRejectedError for what the instrument then tells of it."""
+        """Send a command; raise DeviceRejectedError if the instrument reports an error."""
         if self._settings.acknowledge:
             answer = self.ask(command)
             if not fits(self._settings.acknowledge, answer):
                 raise DeviceRejectedError(
-                    f"the instrument does not accept '{command}': it answers {shown(answer)}",
+                    f"the instrument does not accept '{command}': it answers {excerpt(answer)}",
                     hint=f"expected an answer that matches '{self._settings.acknowledge}'",
                 )
         else:
             self.exchange(f"send {command}", lambda: self._link.send(command))
-        if errors := self._errors_told():
-            told = f"the instrument does not accept '{command}': {'; '.join(errors)}"
+        if errors := self._read_errors():
+            message = f"the instrument does not accept '{command}': {'; '.join(errors)}"
             if re.match(r"[+-]?[0-9]", errors[0]):
-                raise DeviceRejectedError(told)
+                raise DeviceRejectedError(message)
             self._link.drop()  # no number of an error: the answer may be to something else
             raise DeviceRejectedError(
-                told, hint="if it answers commands, state the answer in `acknowledge`"
+                message, hint="if it answers commands, state the answer in `acknowledge`"
             )
 
     def ask(self, query: str) -> str:
@@ -118,34 +118,34 @@ class Visa(CommandedDriver):
         answer = self.ask(check.query)
         if not fits(check.good, answer):
             raise DeviceRejectedError(
-                f"{problem}: it answers '{check.query}' with {shown(answer)}",
+                f"{problem}: it answers '{check.query}' with {excerpt(answer)}",
                 hint=f"expected an answer that matches '{check.good}'",
             )
 
-    def _number(self, query: str, asked: VisaChannel | VisaDrive) -> float:
+    def _number(self, query: str, settings: VisaChannel | VisaDrive) -> float:
         answer = self.ask(query)
         try:
-            return asked.to_si(asked.number_in(answer, f"the answer to '{query}'"))
+            return settings.to_si(settings.number_in(answer, f"the answer to '{query}'"))
         except DeviceError:
             self._link.drop()  # it may be the answer to something else
             raise
 
     def _identify(self) -> Identity:
-        wanted, resource = self._settings.identification, self._settings.resource
+        identification, resource = self._settings.identification, self._settings.resource
         simulated = self._settings.simulated
-        if wanted is None:
+        if identification is None:
             return Identity("unidentified", f"instrument at {resource}", "", simulated=simulated)
-        answer = self.ask(wanted.query)
-        if not fits(wanted.expect, answer):
+        answer = self.ask(identification.query)
+        if not fits(identification.expect, answer):
             raise DeviceNotFoundError(
-                f"at {resource} answers {shown(answer)} to '{wanted.query}',"
-                f" which does not fit '{wanted.expect}'",
+                f"at {resource} answers {excerpt(answer)} to '{identification.query}',"
+                f" which does not fit '{identification.expect}'",
                 hint="is it the right instrument? in `expect`, .* matches anything",
             )
         return identity_of(answer, simulated=simulated)
 
-    def _errors_told(self) -> list[str]:
-        """Return what is in the error queue, which is empty after that."""
+    def _read_errors(self) -> list[str]:
+        """Empty the error queue and return its errors."""
         queue, errors = self._settings.error_queue, list[str]()
         if queue is None:
             return errors
@@ -158,14 +158,14 @@ class Visa(CommandedDriver):
         return errors
 
     def _explain(self, error: DeviceError) -> None:
-        """Add what the instrument itself says of a query that it did not answer."""
+        """Add the instrument's own errors to that of a query without an answer."""
         try:
-            with self.as_it_is():
-                told = self._errors_told()
+            with self.without_setup():
+                errors = self._read_errors()
         except DeviceError:
             return  # it answers nothing at all
-        if told:
-            error.message += f"; the instrument says: {'; '.join(told)}"
+        if errors:
+            error.message += f"; the instrument says: {'; '.join(errors)}"
 
 
 def identity_of(answer: str, *, simulated: bool = False) -> Identity:

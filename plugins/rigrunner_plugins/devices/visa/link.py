@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, Any
 
 from rigrunner.api import DeviceLostError, DeviceNotFoundError, DeviceRejectedError
 from rigrunner_plugins.devices.commanded import OneAtATime
-from rigrunner_plugins.devices.text.numbers import shown
-from rigrunner_plugins.devices.text.termination import decoded, termination_name
+from rigrunner_plugins.devices.text.numbers import excerpt
+from rigrunner_plugins.devices.text.termination import decode, termination_name
 from rigrunner_plugins.devices.visa.errors import visa_errors
 from rigrunner_plugins.devices.visa.opening import close_resource, open_resource
 
@@ -40,7 +40,7 @@ class VisaLink:
         self._settings = settings
         self._folder = folder
         self._clock = clock
-        self._one = OneAtATime()
+        self._one_at_a_time = OneAtATime()
         self._hint = (
             "is the instrument switched on, does it support this message, and does it end its"
             " messages with"
@@ -51,7 +51,7 @@ class VisaLink:
         self._open_s = settings.timeout
 
     def open(self, timeout_s: float) -> None:
-        """Open the connection; raise DeviceNotFoundError where nobody is."""
+        """Open the connection; raise DeviceNotFoundError if there is no instrument."""
         with self._alone():
             self._open_s = timeout_s
             self._open()
@@ -106,9 +106,9 @@ class VisaLink:
         return data
 
     def _write(self, resource: Any, text: str) -> None:
-        if left := self._unread(resource):
+        if unread := self._unread(resource):
             raise DeviceRejectedError(
-                f"before '{text}' was sent, the instrument had sent {shown(left)} unasked",
+                f"before '{text}' was sent, the instrument had sent {excerpt(unread)} unasked",
                 hint="does it answer commands (see `acknowledge`)? is `termination` right?",
             )
         ending = self._settings.write_termination
@@ -131,20 +131,22 @@ class VisaLink:
             while len(unread) < _UNREAD_BYTES:
                 unread += resource.read_bytes(1)
         resource.timeout = patience
-        return decoded(unread)
+        return decode(unread)
 
     def _without_termination(self, raw: bytes, query: str) -> str:
-        text, ending = decoded(raw), self._settings.termination
-        named = termination_name(ending)
+        text, ending = decode(raw), self._settings.termination
+        ending_name = termination_name(ending)
         if not text.endswith(ending):
             raise DeviceRejectedError(
-                f"the answer to '{query}' is {shown(text)}, which does not end with {named}",
+                f"the answer to '{query}' is {excerpt(text)}, which does not end with"
+                f" {ending_name}",
                 hint="is `termination` right?",
             )
         if text[:1] in {"\r", "\n"} and text.strip():
             raise DeviceRejectedError(
-                f"the answer to '{query}' is {shown(text)}: it begins with the end of another one",
-                hint=f"`termination` is {named}; does the instrument send more than that?",
+                f"the answer to '{query}' is {excerpt(text)}: it begins with the end of another"
+                " one",
+                hint=f"`termination` is {ending_name}; does the instrument send more than that?",
             )
         return text.removesuffix(ending)
 
@@ -165,7 +167,7 @@ class VisaLink:
                 raise
 
     def _alone(self) -> AbstractContextManager[None]:
-        return self._one.alone(self._settings.timeout + self._open_s + _NOBODY_S)
+        return self._one_at_a_time.alone(self._settings.timeout + self._open_s + _NOBODY_S)
 
     def _open(self) -> None:
         self._drop()

@@ -1,4 +1,4 @@
-"""Opening a resource of PyVISA, and what its back ends do not tell by themselves."""
+"""Opening a resource of PyVISA, and what its back ends do not report by themselves."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from contextlib import suppress
 from typing import TYPE_CHECKING, Any
 
 from rigrunner.api import DeviceNotFoundError
-from rigrunner_plugins.devices.extras import missing
+from rigrunner_plugins.devices.extras import missing_package
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -28,12 +28,12 @@ def open_resource(settings: VisaSettings, folder: Path, timeout_s: float) -> Any
     try:
         resource = manager.open_resource(name, open_timeout=int(timeout_s * 1000))
     except Exception as error:  # pyvisa-py raises nothing more special for many of its failures
-        raise not_opened(name, error) from error
+        raise open_error(name, error) from error
     try:
         _set_up(resource, settings)
     except Exception as error:
         close_resource(resource)
-        raise not_opened(name, error) from error
+        raise open_error(name, error) from error
     if is_gone(resource):
         close_resource(resource)
         raise DeviceNotFoundError(f"no answer from {name}", hint=_hint(name, ""))
@@ -52,18 +52,18 @@ def library(backend: str, folder: Path) -> str:
     return str(folder / backend) if backend.endswith(".yaml@sim") else backend
 
 
-def not_opened(name: str, error: Exception) -> DeviceNotFoundError:
+def open_error(name: str, error: Exception) -> DeviceNotFoundError:
     """Return the error for a resource that cannot be opened."""
     text = str(error) or type(error).__name__
     return DeviceNotFoundError(f"{name} cannot be opened: {text}", hint=_hint(name, text))
 
 
 def _manager(backend: str, folder: Path) -> Any:
-    """Return the resource manager, which all share and nobody closes."""
+    """Return the resource manager, which is shared and never closed."""
     try:
         import pyvisa  # noqa: PLC0415  (slow, and optional)
     except ImportError as error:
-        raise missing("pyvisa", "visa") from error
+        raise missing_package("pyvisa", "visa") from error
     try:
         return pyvisa.ResourceManager(library(backend, folder))
     except Exception as error:  # of any kind, from whatever library that is
@@ -90,8 +90,8 @@ def _set_up(resource: Any, settings: VisaSettings) -> None:
     resource.flow_control = constants.ControlFlow[line.flow_control]
 
 
-def _hint(name: str, told: str) -> str:
-    if "denied" in told.lower():
+def _hint(name: str, error_text: str) -> str:
+    if "denied" in error_text.lower():
         return "no permission to use that port; on Linux, join its group, often 'dialout'"
     if name.startswith("TCPIP"):
         return "is the instrument switched on, the address correct, and its network port enabled?"
@@ -113,7 +113,7 @@ def send_at_once(resource: Any) -> None:
 
 
 def is_gone(resource: Any) -> bool:
-    """Say whether a socket is connected to nobody.
+    """Return whether a socket has lost its other end.
 
     pyvisa-py takes a refused connection for an open one, and one that was closed for a slow one.
     """

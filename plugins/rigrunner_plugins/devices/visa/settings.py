@@ -86,12 +86,12 @@ class VisaDrive(DeclaredDrive, NumberInText):
     def _is_sent_as_exactly_as_it_is_read_back(self) -> Self:
         info = self.info("")
         values = [info.minimum + share * (info.maximum - info.minimum) for share in _SHARES]
-        off = max(
+        deviation = max(
             abs(self.to_si(as_sent(self.command, self.from_si(value))) - value) for value in values
         )
-        if off > info.allowed_deviation:
+        if deviation > info.allowed_deviation:
             raise ValueError(
-                f"'{self.command}' rounds a set-point by {off:.2g} {info.unit}, more than the"
+                f"'{self.command}' rounds a set-point by {deviation:.2g} {info.unit}, more than the"
                 f" tolerance of {info.allowed_deviation:.2g} {info.unit}; give it more digits"
             )
         return self

@@ -9,8 +9,8 @@ import numpy as np
 from rigrunner.api import Block, DeviceLostError, DeviceRejectedError, DeviceTimeoutError
 from rigrunner.api.cleanup import noted_on
 from rigrunner_plugins.devices.channels import check_channels
-from rigrunner_plugins.devices.text.commands import says_samples, with_samples
-from rigrunner_plugins.devices.text.numbers import OVERLOAD, NumberInText, shown
+from rigrunner_plugins.devices.text.commands import has_samples, with_samples
+from rigrunner_plugins.devices.text.numbers import OVERLOAD, NumberInText, excerpt
 from rigrunner_plugins.devices.visa.device import Visa
 
 if TYPE_CHECKING:
@@ -73,15 +73,15 @@ class StreamingVisa(Visa):
                 )
                 first += len(values)
         except BaseException as error:
-            with noted_on(error, "stopping the acquisition"), self.as_it_is():
+            with noted_on(error, "stopping the acquisition"), self.without_setup():
                 self.send(stream.stop)
             raise
         self.send(stream.stop)
 
-    def _fetch(self, wanted: int, first: int, started_s: float) -> Array:
+    def _fetch(self, samples: int, first: int, started_s: float) -> Array:
         """Return the next samples, of shape (n, channels), n >= 1."""
-        query = with_samples(self._stream.fetch, wanted)
-        limit_s = self._settings.timeout + wanted / self._stream.rate
+        query = with_samples(self._stream.fetch, samples)
+        limit_s = self._settings.timeout + samples / self._stream.rate
 
         def perform() -> bytes:
             if self._stream.format == "ascii":
@@ -102,8 +102,8 @@ class StreamingVisa(Visa):
         if len(values) == 0:
             raise DeviceLostError(f"'{query}' gives no more samples after {first}")
         # Without {samples} in it, a query gives whatever the instrument has by then.
-        if len(values) > wanted and says_samples(self._stream.fetch):
-            raise DeviceRejectedError(f"'{query}' gives {len(values)} samples instead of {wanted}")
+        if len(values) > samples and has_samples(self._stream.fetch):
+            raise DeviceRejectedError(f"'{query}' gives {len(values)} samples instead of {samples}")
         return values
 
     def _check_pace(self, samples: int, started_s: float) -> None:
@@ -150,9 +150,9 @@ def samples_in(data: bytes, stream: Stream, query: str) -> Array:
 def _numbers(data: bytes, stream: Stream, query: str) -> Array:
     if stream.format == "ascii":
         text = data.decode()
-        what = f"in the answer to '{query}', {shown(text)}, a sample"
+        what = f"in the answer to '{query}', {excerpt(text)}, a sample"
         fields = text.split(",") if text.strip() else []
-        return np.array([_PLAIN.number_in(each, what) for each in fields], dtype=np.float64)
+        return np.array([_PLAIN.number_in(field, what) for field in fields], dtype=np.float64)
     code = _CODES[stream.format]
     size = int(code[1])
     if len(data) % size:

@@ -122,8 +122,8 @@ def _drive_rows(planned: Planned) -> list[list[str]]:
     reached: dict[Member, list[float]] = {}
     symbols: dict[Member, set[str]] = {}
     for step in planned.plan.steps:
-        if drive := step.action.led:
-            reached.setdefault(drive, []).extend(step.action.passes)
+        if drive := step.action.moves:
+            reached.setdefault(drive, []).extend(step.action.moves_to)
             symbols.setdefault(drive, set()).add(step.written_in.get(drive, ""))
     narrower = planned.station.model.safety.drives
     drives = {

@@ -59,9 +59,9 @@ def plain(value: object) -> object:
     return number(value) if isinstance(value, float) else value
 
 
-def coordinates_of(found: Mapping[str, CoordinateValue]) -> Json:
+def coordinates_of(coordinates: Mapping[str, CoordinateValue]) -> Json:
     """Return where a result holds: a text as it is, a number with its unit."""
     return {
         name: each.value if isinstance(each.value, str) else quantity(each.value, each.unit)
-        for name, each in found.items()
+        for name, each in coordinates.items()
     }

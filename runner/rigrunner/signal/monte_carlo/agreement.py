@@ -30,9 +30,9 @@ def gum_interval(estimate: Estimate, p: float = 0.95) -> Interval:
     return Interval(estimate.value - width, estimate.value + width)
 
 
-def difference(gum: Interval, found: Interval) -> Difference:
+def difference(gum: Interval, monte_carlo: Interval) -> Difference:
     """Return d_low and d_high (8.1.3 b)."""
-    return Difference(abs(gum.low - found.low), abs(gum.high - found.high))
+    return Difference(abs(gum.low - monte_carlo.low), abs(gum.high - monte_carlo.high))
 
 
 def tolerance(estimate: Estimate, digits: int) -> float:

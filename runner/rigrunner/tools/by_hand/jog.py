@@ -23,7 +23,7 @@ from rigrunner.bus import Bus, Emitter
 from rigrunner.engine import UnattendedAnswers
 from rigrunner.engine.interlocks import Guard
 from rigrunner.engine.notes import error_line
-from rigrunner.engine.pausing import PauseWantedError
+from rigrunner.engine.pausing import PauseRequestedError
 from rigrunner.engine.session import Session
 from rigrunner.rig import unsafe_text
 from rigrunner.run.guardian.guarding import unguarded
@@ -170,7 +170,7 @@ class Jog:
         """Execute an action on the rig; on any error, make the rig safe before it is raised."""
         try:
             return work()
-        except PauseWantedError as pause:
+        except PauseRequestedError as pause:
             self._on_error(what, pause)
             hint = "nothing is set until it clears"
             raise DeviceRejectedError(pause.message, hint=hint) from pause

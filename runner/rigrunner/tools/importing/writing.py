@@ -20,7 +20,7 @@ from rigrunner.api.events import (
 )
 from rigrunner.api.member import Member
 from rigrunner.api.quantity import Quantity
-from rigrunner.api.steps import Found
+from rigrunner.api.steps import StepResult
 from rigrunner.api.units import si_symbol, unit
 from rigrunner.clock import utc_text
 from rigrunner.engine.attempt import Attempt
@@ -53,6 +53,8 @@ _DAY = timedelta(days=1)
 _SECOND = timedelta(seconds=1)
 _LENGTH_TOLERANCE = 1e-3
 """Relative: a recording that is shorter than planned by less is complete."""
+_RATE_TOLERANCE = 0.01
+"""Relative: sampling rates that differ by less are one nominal rate, of two clocks."""
 
 
 def write_run(
@@ -116,8 +118,8 @@ class _Import:
             if isinstance(step.action, Zero):
                 self._zero(index, step, step.action)
             elif isinstance(step.action, Measure):
-                found = Found(self._next_values(), step.action.units, {})
-                self._step(index, step, (self._latest, self._latest), found)
+                result = StepResult(self._next_values(), step.action.units, {})
+                self._step(index, step, (self._latest, self._latest), result)
             elif isinstance(step.action, Scan):
                 self._scan(index, step, step.action)
             elif isinstance(step.action, Record):
@@ -143,8 +145,8 @@ class _Import:
             )
             raise fault(self._checked.mapping, at, message)
         scatters: dict[str, tuple[float, float]] = {member: scatter} if scatter else {}
-        found = Found({member: value}, {member: action.unit}, scatter=scatters)
-        self._step(index, step, (self._latest, self._latest), found)
+        result = StepResult({member: value}, {member: action.unit}, scatter=scatters)
+        self._step(index, step, (self._latest, self._latest), result)
 
     def _next_values(self) -> dict[str, float]:
         """Return the next stated values."""
@@ -160,7 +162,7 @@ class _Import:
                 step=step.path,
                 point=point,
                 measurement=action.name,
-                setpoints={**action.setpoints, action.led: value},
+                setpoints={**action.setpoints, action.moves: value},
                 values=values,
             )
             for kind, text in remarks_on(action.limits, values, partial(action.where, point)):
@@ -194,6 +196,14 @@ class _Import:
                 location=Location(str(self._checked.mapping.file(entry.file))),
                 hint="use a procedure that matches the recording" + beginning,
             )
+        planned_hz = action.sample_rate_hz
+        if planned_hz and abs(data.rate_hz - planned_hz) > _RATE_TOLERANCE * planned_hz:
+            raise DataError(
+                f"the recording has {data.rate_hz:.6g} samples per second, the station states"
+                f" {planned_hz:.6g} for '{action.role}'",
+                location=Location(str(self._checked.mapping.file(entry.file))),
+                hint="correct the rate in the station: the procedure is checked with it",
+            )
         values, units = _conditions(conditions, data)
         available = {*values, *action.statistics}
         if unstated := [limit.of for limit in step.terms.limits if limit.of not in available]:
@@ -203,8 +213,8 @@ class _Import:
         ended = started + timedelta(seconds=length_s)
         statistics = RecordedStatistics(action.statistics)
         statistics.take(samples)
-        found = Found(values, {**action.units, **units}, {}, statistics.found())
-        self._step(index, step, (started, ended), found, replace(data, columns=samples))
+        result = StepResult(values, {**action.units, **units}, {}, statistics.by_name())
+        self._step(index, step, (started, ended), result, replace(data, columns=samples))
         self._latest = max(self._latest, ended)
         self._done += 1
         self._progress("recordings", self._done, len(self._mapping.recordings))
@@ -241,7 +251,7 @@ class _Import:
         index: int,
         step: PlannedStep,
         times: tuple[datetime, datetime],
-        found: Found,
+        result: StepResult,
         data: RecordingData | None = None,
     ) -> None:
         attempt, (started, ended) = Attempt(index, step, 1, 1), times
@@ -257,8 +267,8 @@ class _Import:
                 block = Block(data.rate_hz, first, began_s, part)
                 self._emit_at(started)(Samples, recording=attempt.recording, block=block)
         emit = self._emit_at(ended)
-        attempt.end(emit, found, ok=True)
-        values = {**found.values, **found.statistics}
+        attempt.end(emit, result, ok=True)
+        values = {**result.values, **result.statistics}
         for kind, text in remarks_on(step.terms.limits, values):
             emit(kind, step=step.path, text=text)
 

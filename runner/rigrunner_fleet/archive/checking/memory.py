@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 
 from sqlalchemy import BigInteger, Column, MetaData, Table, delete, insert, select
 
-from rigrunner_fleet.archive.checking.task import Finding, Kind, RunCheck
+from rigrunner_fleet.archive.checking.task import Finding, Kind, RunToCheck
 from rigrunner_fleet.archive.schema import FILES, ROOTS, RUNS, TEXT, UtcTime
 from rigrunner_fleet.archive.storing import root_folder
 
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
     from sqlalchemy import Connection
 
-    from rigrunner_fleet.archive.checking.task import RunLook
+    from rigrunner_fleet.archive.checking.task import CheckedRun
     from rigrunner_fleet.archive.database import Database
 
 _METADATA = MetaData()
@@ -46,54 +46,55 @@ def prepare(database: Database) -> None:
         _METADATA.create_all(connection)
 
 
-def runs_to_check(database: Database, before: datetime | None) -> list[RunCheck]:
+def runs_to_check(database: Database, before: datetime | None) -> list[RunToCheck]:
     """Return the runs in the order of checking: unchecked ones first, then the oldest check.
 
     With `before`, only those that were last checked before then.
     """
     with database.reading() as connection:
-        looked = {
+        last_checks = {
             (row.root, row.path): (row.checked_utc, row.manifest_sha256, row.sha256)
             for row in connection.execute(select(CHECKS))
         }
         files: dict[int, dict[str, str]] = {}
         for row in connection.execute(select(FILES.c.run, FILES.c.name, FILES.c.sha256)):
             files.setdefault(row.run, {})[row.name] = row.sha256
-        runs = list(_runs(database, connection, files, looked))
-    at = {place: checked_utc for place, (checked_utc, *_) in looked.items()}
-    never = [run for run in runs if (run.root, run.path) not in at]
+        runs = list(_runs(database, connection, files, last_checks))
+    checked_at = {location: checked_utc for location, (checked_utc, *_) in last_checks.items()}
+    never = [run for run in runs if (run.root, run.path) not in checked_at]
     due = [
-        (moment, run.root, run.path, run)
+        (last_check, run.root, run.path, run)
         for run in runs
-        if (moment := at.get((run.root, run.path))) and (before is None or moment <= before)
+        if (last_check := checked_at.get((run.root, run.path)))
+        and (before is None or last_check <= before)
     ]
-    return [*never, *(run for *_, run in sorted(due, key=lambda each: each[:3]))]
+    return [*never, *(run for *_, run in sorted(due, key=lambda entry: entry[:3]))]
 
 
-def remember(database: Database, run: RunCheck, look: RunLook, now: datetime) -> None:
-    """Store a finding, in place of the one before."""
+def store(database: Database, run: RunToCheck, checked: CheckedRun, now: datetime) -> None:
+    """Store the findings on a run, in place of the previous ones."""
     row = {
         "root": run.root,
         "path": run.path,
         "checked_utc": now,
         "manifest_sha256": run.manifest_sha256,
-        "sha256": look.sha256,
-        "bytes": look.read_bytes,
-        "findings": json.dumps([asdict(each) for each in look.findings]),
+        "sha256": checked.sha256,
+        "bytes": checked.read_bytes,
+        "findings": json.dumps([asdict(finding) for finding in checked.findings]),
     }
     with database.writing() as connection:
-        here = (CHECKS.c.root == run.root) & (CHECKS.c.path == run.path)
-        connection.execute(delete(CHECKS).where(here))
+        this_run = (CHECKS.c.root == run.root) & (CHECKS.c.path == run.path)
+        connection.execute(delete(CHECKS).where(this_run))
         connection.execute(insert(CHECKS), row)
 
 
-def found_before(database: Database) -> dict[tuple[str, str], tuple[Finding, ...]]:
-    """Return the last finding on each run, by root and path."""
+def last_findings(database: Database) -> dict[tuple[str, str], tuple[Finding, ...]]:
+    """Return the findings of the last check of each run, by root and path."""
     with database.reading() as connection:
         rows = connection.execute(select(CHECKS.c.root, CHECKS.c.path, CHECKS.c.findings)).all()
     return {
         (root, path): tuple(
-            Finding(each["path"], Kind(each["kind"]), each["what"]) for each in json.loads(text)
+            Finding(entry["path"], Kind(entry["kind"]), entry["what"]) for entry in json.loads(text)
         )
         for root, path, text in rows
     }
@@ -103,15 +104,15 @@ def _runs(
     database: Database,
     connection: Connection,
     files: dict[int, dict[str, str]],
-    looked: dict[tuple[str, str], tuple[datetime, str, str]],
-) -> Iterator[RunCheck]:
+    last_checks: dict[tuple[str, str], tuple[datetime, str, str]],
+) -> Iterator[RunToCheck]:
     columns = (RUNS.c.id, RUNS.c.path, RUNS.c.sealed, RUNS.c.manifest_sha256, RUNS.c.problem)
     statement = select(*columns, ROOTS.c.name, ROOTS.c.path.label("place")).join(
         ROOTS, RUNS.c.root == ROOTS.c.id
     )
     for row in connection.execute(statement.order_by(ROOTS.c.name, RUNS.c.path)):
-        _, manifest, sha256 = looked.get((row.name, row.path), (None, "", ""))
-        yield RunCheck(
+        _, manifest, sha256 = last_checks.get((row.name, row.path), (None, "", ""))
+        yield RunToCheck(
             root=row.name,
             path=row.path,
             folder=root_folder(database.file, row.place) / row.path,

@@ -49,8 +49,8 @@ class Finding:
 
 
 @dataclass(frozen=True, kw_only=True)
-class RunCheck:
-    """A run folder to check, and what is known of it."""
+class RunToCheck:
+    """A run folder to check, with its state when it was indexed and last checked."""
 
     root: str
     """The name of its root in the archive."""
@@ -69,7 +69,7 @@ class RunCheck:
 
 
 @dataclass(frozen=True)
-class RunLook:
+class CheckedRun:
     """The findings on a run folder."""
 
     findings: tuple[Finding, ...]
@@ -99,37 +99,37 @@ class Pace:
 
 
 @dataclass
-class Look:
+class RunChecker:
     """Checks run folders, one after the other, at a limited rate and with low priority."""
 
     pace: Pace
     yielding: bool = True
-    _yields: bool = field(default=False, repr=False)
+    _is_nice: bool = field(default=False, repr=False)
 
-    def __call__(self, run: RunCheck) -> RunLook:
+    def __call__(self, run: RunToCheck) -> CheckedRun:
         """Return the findings on a run folder."""
-        if self.yielding and not self._yields and hasattr(os, "nice"):
+        if self.yielding and not self._is_nice and hasattr(os, "nice"):
             os.nice(_NICE)
-            self._yields = True
+            self._is_nice = True
         if not run.folder.is_dir():
-            gone = Finding(run.path, Kind.MISSING, "the run folder is gone")
-            return RunLook((gone,), run.sha256, 0)
-        if run.problem:  # there is nothing that it could be held against
+            missing = Finding(run.path, Kind.MISSING, "the run folder is gone")
+            return CheckedRun((missing,), run.sha256, 0)
+        if run.problem:  # there are no digests to compare it with
             unreadable = Finding(run.path, Kind.DAMAGED, run.problem)
-            return RunLook((unreadable,), run.sha256, 0)
-        there = {storable(each.name): each for each in run.folder.iterdir() if each.is_file()}
-        found = list(_not_the_same(run, set(there)))
+            return CheckedRun((unreadable,), run.sha256, 0)
+        files = {storable(path.name): path for path in run.folder.iterdir() if path.is_file()}
+        findings = list(_missing_and_unknown(run, set(files)))
         if not run.sealed:  # a run in progress changes all the time
-            return RunLook(tuple(found), run.sha256, 0)
+            return CheckedRun(tuple(findings), run.sha256, 0)
         count = _Count(self.pace)
         sha256 = run.sha256
-        for name in sorted(there.keys() & run.files.keys()):
+        for name in sorted(files.keys() & run.files.keys()):
             if name == RUN_FILE:
-                what, sha256 = _run_file(run, there[name], count)
-                found += what
+                run_file_findings, sha256 = _run_file(run, files[name], count)
+                findings += run_file_findings
             elif name not in _NO_CONTENT:
-                found += _other_file(run, there[name], name, count)
-        return RunLook(tuple(sorted(found)), sha256, count.bytes)
+                findings += _other_file(run, files[name], name, count)
+        return CheckedRun(tuple(sorted(findings)), sha256, count.bytes)
 
 
 @dataclass
@@ -148,7 +148,7 @@ class _Count:
         return digest.hexdigest()
 
 
-def _not_the_same(run: RunCheck, names: set[str]) -> Iterator[Finding]:
+def _missing_and_unknown(run: RunToCheck, names: set[str]) -> Iterator[Finding]:
     for name in sorted(run.files.keys() - names - set(_NO_CONTENT)):
         yield Finding(f"{run.path}/{name}", Kind.MISSING)
     if run.sealed:
@@ -156,7 +156,7 @@ def _not_the_same(run: RunCheck, names: set[str]) -> Iterator[Finding]:
             yield Finding(f"{run.path}/{name}", Kind.UNKNOWN, "it was not there when indexed")
 
 
-def _other_file(run: RunCheck, path: Path, name: str, count: _Count) -> Iterator[Finding]:
+def _other_file(run: RunToCheck, path: Path, name: str, count: _Count) -> Iterator[Finding]:
     place = f"{run.path}/{name}"
     try:
         sha256 = count.sha256_of(path)
@@ -167,7 +167,7 @@ def _other_file(run: RunCheck, path: Path, name: str, count: _Count) -> Iterator
         yield Finding(place, Kind.CHANGED, "its SHA-256 has changed since it was indexed")
 
 
-def _run_file(run: RunCheck, path: Path, count: _Count) -> tuple[list[Finding], str]:
+def _run_file(run: RunToCheck, path: Path, count: _Count) -> tuple[list[Finding], str]:
     """Return the findings on a run file, and the digest with which it was last found intact.
 
     Its own manifest is checked only if its bytes differ from those that were last found intact.
@@ -175,15 +175,15 @@ def _run_file(run: RunCheck, path: Path, count: _Count) -> tuple[list[Finding], 
     place = f"{run.path}/{RUN_FILE}"
     try:
         sha256 = count.sha256_of(path)
-        found = None if sha256 == run.sha256 else _inside(run, path)
+        difference = None if sha256 == run.sha256 else _content_difference(run, path)
     except OSError as error:
-        found = Kind.DAMAGED, f"it cannot be read: {error.strerror}"
+        difference = Kind.DAMAGED, f"it cannot be read: {error.strerror}"
     except DataError as error:
-        found = Kind.DAMAGED, error.message
-    return ([], sha256) if found is None else ([Finding(place, *found)], run.sha256)
+        difference = Kind.DAMAGED, error.message
+    return ([], sha256) if difference is None else ([Finding(place, *difference)], run.sha256)
 
 
-def _inside(run: RunCheck, path: Path) -> tuple[Kind, str] | None:
+def _content_difference(run: RunToCheck, path: Path) -> tuple[Kind, str] | None:
     """Return the differences of a run file from its own digests; raise DataError."""
     differences = file_differences(path)
     if differences is None:

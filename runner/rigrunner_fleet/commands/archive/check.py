@@ -17,7 +17,7 @@ from rigrunner_fleet.cli.archiving import database_option
 if TYPE_CHECKING:
     from pathlib import Path
 
-    from rigrunner_fleet.archive.checking import Checked
+    from rigrunner_fleet.archive.checking import CheckSummary
 
 _RATE = re.compile(r"(\d+(?:\.\d+)?) ?([kMG]?)B/s")
 _POWERS = {"": 1.0, "k": 1e3, "M": 1e6, "G": 1e9}
@@ -51,7 +51,7 @@ def command(
     from rigrunner.cli.stopping import batch_stop_on_signals, until
     from rigrunner.jobs import Processes
     from rigrunner_fleet.archive import open_archive
-    from rigrunner_fleet.archive.checking import Look, Pace, check
+    from rigrunner_fleet.archive.checking import Pace, RunChecker, check
 
     pace = Pace(_bytes_per_s(rate))
     limit_s = _seconds("--for", duration)
@@ -62,54 +62,54 @@ def command(
         batch_stop_on_signals() as stop,
         shown_count("runs") as progress,
     ):
-        found = check(
+        summary = check(
             archive,
-            Look(pace),
+            RunChecker(pace),
             Processes(1),
             until(stop, limit_s),
             now=lambda: datetime.now(UTC),
             before=before,
             progress=progress,
         )
-        _show(found, as_json=as_json)
+        _show(summary, as_json=as_json)
         if stop.is_set():
             raise AbortedError(
-                f"{found.looked} of {found.due} runs were checked",
+                f"{summary.checked} of {summary.due} runs were checked",
                 hint="findings are kept: the same command continues with the rest",
             )
-    return ExitCode.FAIL if found.grave else ExitCode.PASS
+    return ExitCode.FAIL if summary.grave else ExitCode.PASS
 
 
-def _show(found: Checked, *, as_json: bool) -> None:
+def _show(summary: CheckSummary, *, as_json: bool) -> None:
     if as_json:
-        result_json(_document(found))
+        result_json(_document(summary))
         return
-    for each in found.findings:
-        result(f"{each.kind:8} {each.path}{f': {each.what}' if each.what else ''}")
-    result(_conclusion(found))
+    for finding in summary.findings:
+        result(f"{finding.kind:8} {finding.path}{f': {finding.what}' if finding.what else ''}")
+    result(_conclusion(summary))
 
 
-def _conclusion(found: Checked) -> str:
-    rate = found.read_bytes / found.seconds / 1e6 if found.seconds else 0.0
-    rest = f" of {found.due} that were due" if found.looked < found.due else ""
-    runs = "1 run" if found.looked == 1 else f"{found.looked} runs"
-    told = f"{runs}{rest}, {found.read_bytes / 1e6:.1f} MB read at {rate:.1f} MB/s"
-    count = len(found.grave)
-    words = "no file is damaged, missing or changed"
+def _conclusion(summary: CheckSummary) -> str:
+    rate = summary.read_bytes / summary.seconds / 1e6 if summary.seconds else 0.0
+    left = f" of {summary.due} that were due" if summary.checked < summary.due else ""
+    runs = "1 run" if summary.checked == 1 else f"{summary.checked} runs"
+    counts = f"{runs}{left}, {summary.read_bytes / 1e6:.1f} MB read at {rate:.1f} MB/s"
+    count = len(summary.grave)
+    conclusion = "no file is damaged, missing or changed"
     if count:
-        words = f"{count} file{' is' if count == 1 else 's are'} damaged, missing or changed"
-    return f"{told}: {words}"
+        conclusion = f"{count} file{' is' if count == 1 else 's are'} damaged, missing or changed"
+    return f"{counts}: {conclusion}"
 
 
-def _document(found: Checked) -> dict[str, Any]:
+def _document(summary: CheckSummary) -> dict[str, Any]:
     return {
-        "runs_looked_at": found.looked,
-        "runs_due": found.due,
-        "bytes_read": found.read_bytes,
-        "seconds": round(found.seconds, 3),
+        "runs_looked_at": summary.checked,
+        "runs_due": summary.due,
+        "bytes_read": summary.read_bytes,
+        "seconds": round(summary.seconds, 3),
         "findings": [
-            {"path": each.path, "kind": str(each.kind), "what": each.what}
-            for each in found.findings
+            {"path": finding.path, "kind": str(finding.kind), "what": finding.what}
+            for finding in summary.findings
         ],
     }
 
@@ -131,9 +131,9 @@ def _seconds(option: str, text: str | None) -> float | None:
     if text is None:
         return None
     try:
-        found = parse_quantity(text, "time").si
+        seconds = parse_quantity(text, "time").si
     except QuantityError as error:
         raise UsageError(f"{option}: {error.message}", hint=error.hint) from error
-    if found <= 0:
-        raise UsageError(f"{option}: '{text}' is not in the future")
-    return found
+    if seconds <= 0:
+        raise UsageError(f"{option}: '{text}' is not longer than 0")
+    return seconds

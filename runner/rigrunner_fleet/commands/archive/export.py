@@ -19,7 +19,14 @@ from rigrunner_fleet.cli.archiving import filter_options, filters_in
 @raw_option
 @filter_options
 def command(
-    *, table: str, file: Path, raw: bool, runs: Path, database: str, limit: int | None, **words: Any
+    *,
+    table: str,
+    file: Path,
+    raw: bool,
+    runs: Path,
+    database: str,
+    limit: int | None,
+    **options: Any,
 ) -> None:
     """Write a TABLE to a FILE that ends with .csv or .parquet.
 
@@ -34,11 +41,11 @@ def command(
         raise UsageError(
             f"'{file}' is not a file to export to", hint="it ends with .csv or .parquet"
         )
-    filters = filters_in(words)
+    filters = filters_in(options)
     with closing(open_archive(runs, database)) as archive:
-        found = rows(archive, table, filters, limit=limit)
+        selected = rows(archive, table, filters, limit=limit)
     if file.suffix == ".csv":
-        found.to_csv(file, raw=raw)
+        selected.to_csv(file, raw=raw)
     else:
-        found.to_parquet(file)
-    message(f"Wrote {file}: {len(found)} rows.")
+        selected.to_parquet(file)
+    message(f"Wrote {file}: {len(selected)} rows.")

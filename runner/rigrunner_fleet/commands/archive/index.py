@@ -11,7 +11,7 @@ from rigrunner_fleet.cli.archiving import (
     database_option,
     folders_argument,
     jobs_option,
-    tell_indexed,
+    report_indexed,
 )
 
 if TYPE_CHECKING:
@@ -36,10 +36,10 @@ def command(folders: tuple[Path, ...], database: str, jobs: int | None) -> None:
     from rigrunner_fleet.archive.location import location_of
 
     workers = Processes(jobs or usable_cores())
-    wanted = list(folders or [Path("runs")])
+    sources = list(folders or [Path("runs")])
     with (
-        closing(Database(location_of(database, wanted))) as archive,
+        closing(Database(location_of(database, sources))) as archive,
         shown_count("runs") as progress,
     ):
-        found = index(archive, wanted, workers=workers, progress=progress)
-    tell_indexed(found)
+        indexed = index(archive, sources, workers=workers, progress=progress)
+    report_indexed(indexed)

@@ -11,7 +11,7 @@ from rigrunner_fleet.cli.archiving import (
     database_option,
     folders_argument,
     jobs_option,
-    tell_indexed,
+    report_indexed,
 )
 
 if TYPE_CHECKING:
@@ -37,11 +37,11 @@ def command(folders: tuple[Path, ...], database: str, jobs: int | None) -> None:
     from rigrunner_fleet.archive.location import location_of
 
     workers = Processes(jobs or usable_cores())
-    place = list(folders or [Path("runs")])
-    wanted = list(folders) if database else place
+    location = list(folders or [Path("runs")])
+    sources = list(folders) if database else location
     with (
-        closing(Database(location_of(database, place))) as archive,
+        closing(Database(location_of(database, location))) as archive,
         shown_count("runs") as progress,
     ):
-        found = rebuild(archive, wanted, workers=workers, progress=progress)
-    tell_indexed(found)
+        indexed = rebuild(archive, sources, workers=workers, progress=progress)
+    report_indexed(indexed)

@@ -39,7 +39,7 @@ def command(
     as_json: bool,
     as_csv: bool,
     raw: bool,
-    **words: Any,
+    **options: Any,
 ) -> None:
     """Find runs by specimen, rig, procedure and results, oldest first.
 
@@ -52,26 +52,26 @@ def command(
 
     if as_json and as_csv:
         raise UsageError("--json and --csv exclude each other")
-    filters = filters_in(words)
+    filters = filters_in(options)
     results = bool(filters.results or filters.where)
     with closing(open_archive(runs, database)) as archive:
-        found = rows(archive, "results" if results else "runs", filters, limit=limit)
+        matches = rows(archive, "results" if results else "runs", filters, limit=limit)
     if as_json:
-        result_json([{name: _json(value) for name, value in row.items()} for row in found])
+        result_json([{name: _json(value) for name, value in row.items()} for row in matches])
     elif as_csv:
-        result(found.to_csv(raw=raw).removesuffix("\n"))
-    elif not len(found):
+        result(matches.to_csv(raw=raw).removesuffix("\n"))
+    elif not len(matches):
         message("No matching runs.")
     else:
-        result(_table_of_results(found) if results else _table_of_runs(found))
+        result(_table_of_results(matches) if results else _table_of_runs(matches))
         word = "result" if results else "run"
-        message(f"1 {word}" if len(found) == 1 else f"{len(found)} {word}s")
+        message(f"1 {word}" if len(matches) == 1 else f"{len(matches)} {word}s")
 
 
-def _table_of_runs(found: Rows) -> str:
+def _table_of_runs(runs: Rows) -> str:
     """Return a table of runs, one line each."""
     rows = []
-    for row in found:
+    for row in runs:
         run = row["run_id"] or row["path"]
         texts = (run, row["specimen"], row["rig"], _state(row), row["verdict"])
         torque = row["torque_nm"]
@@ -81,12 +81,13 @@ def _table_of_runs(found: Rows) -> str:
     return table(_HEADER, rows, "lllllr")
 
 
-def _table_of_results(found: Rows) -> str:
+def _table_of_results(results: Rows) -> str:
     """Return a table of named results, one line each."""
     header = ["run", "specimen", "rig", "result", "where", "value", "verdict"]
     names = ("run_id", "specimen", "rig", "name", "place")
     rows = [
-        [*(_cell(row[each]) for each in names), _value(row), _cell(row["verdict"])] for row in found
+        [*(_cell(row[name]) for name in names), _value(row), _cell(row["verdict"])]
+        for row in results
     ]
     return table(header, rows, "lllllrl")
 

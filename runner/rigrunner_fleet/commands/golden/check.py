@@ -75,11 +75,11 @@ def command(
     from rigrunner_fleet.golden.checking import Checker
     from rigrunner_fleet.golden.words import conclusion
 
-    if html is not None and html.suffix != ".html":  # said before hours of work, not after
+    if html is not None and html.suffix != ".html":  # reported before hours of work
         raise UsageError(f"no report is written as '{html.name}'", hint="end it with: .html")
     workers, changes = workers_for(jobs, dask), changes_in(file, primary, station)
     with batch_stop_on_signals() as stop, shown_count("runs") as progress:
-        found = Checker(
+        overall = Checker(
             folder=folder,
             runs=runs,
             changes=changes,
@@ -90,57 +90,57 @@ def command(
             stop=stop,
             progress=progress,
         ).check()
-    _write(found, html, junit)
+    _write(overall, html, junit)
     if as_json:
-        result_json(found.document())
+        result_json(overall.document())
     else:
-        counts = [(str(standing), str(count)) for standing, count in found.counts().items()]
-        counts += [(name, f"{now}, was {then}") for name, then, now in found.made_by]
-        parts = [_listed(found), _frequencies(found), pairs(counts), conclusion(found)]
+        counts = [(str(standing), str(count)) for standing, count in overall.counts().items()]
+        counts += [(name, f"{now}, was {then}") for name, then, now in overall.made_by]
+        parts = [_listed(overall), _frequencies(overall), pairs(counts), conclusion(overall)]
         result("\n\n".join(part for part in parts if part))
-    return found.exit_code
+    return overall.exit_code
 
 
-def _write(found: Overall, html: Path | None, junit: Path | None) -> None:
+def _write(overall: Overall, html: Path | None, junit: Path | None) -> None:
     from rigrunner_fleet.reanalysis.summary import write_text
 
     if html is not None:
         from rigrunner_fleet.golden.report import golden_study
         from rigrunner_fleet.monitoring.report import write_study
 
-        write_study(golden_study(found), html)
+        write_study(golden_study(overall), html)
         message(f"Wrote {html}.")
     if junit is not None:
         from rigrunner_fleet.golden.report import junit as as_junit
 
-        write_text(junit, as_junit(found))
+        write_text(junit, as_junit(overall))
         message(f"Wrote {junit}.")
 
 
-def _listed(found: Overall) -> str:
+def _listed(overall: Overall) -> str:
     from rigrunner_fleet.golden.words import details
 
     lines = []
-    for each in found.moved[:SHOWN]:
-        lines += [f"{each.name}: {each.standing}", *(f"  {line}" for line in details(each))]
-    if len(found.moved) > SHOWN:
-        lines.append(f"and {len(found.moved) - SHOWN} more runs (--json or --html lists them)")
+    for run in overall.moved[:SHOWN]:
+        lines += [f"{run.name}: {run.standing}", *(f"  {line}" for line in details(run))]
+    if len(overall.moved) > SHOWN:
+        lines.append(f"and {len(overall.moved) - SHOWN} more runs (--json or --html lists them)")
     return "\n".join(lines)
 
 
-def _frequencies(found: Overall) -> str:
+def _frequencies(overall: Overall) -> str:
     from rigrunner_fleet.golden.words import in_u
 
     rows = [
         (
-            f"{each.frequency_hz:g} Hz",
-            str(each.shift_nm.n),
-            f"{each.shift_nm.mean * 1000:+.4g} mN·m",
-            in_u(each.in_u.mean) if each.in_u else "-",
-            in_u(each.in_u.largest) if each.in_u else "-",
+            f"{row.frequency_hz:g} Hz",
+            str(row.shift_nm.n),
+            f"{row.shift_nm.mean * 1000:+.4g} mN·m",
+            in_u(row.in_u.mean) if row.in_u else "-",
+            in_u(row.in_u.largest) if row.in_u else "-",
         )
-        for each in found.by_frequency()
+        for row in overall.by_frequency()
     ]
-    if not rows or not found.moved:
+    if not rows or not overall.moved:
         return ""
     return table(("set-point", "values", "mean shift", "mean", "largest"), rows, "rrrrr")

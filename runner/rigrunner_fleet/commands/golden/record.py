@@ -42,16 +42,16 @@ def command(
     """
     from rigrunner.cli.stopping import batch_stop_on_signals
     from rigrunner_fleet.golden.recording import Recorder
-    from rigrunner_fleet.reanalysis.selection import choose
+    from rigrunner_fleet.reanalysis.selection import select_runs
 
-    workers, runs = workers_for(jobs, dask), choose(paths)
+    workers, runs = workers_for(jobs, dask), select_runs(paths)
     changes = changes_in(file, primary, station)
     with batch_stop_on_signals() as stop, shown_count("runs") as progress:
-        found = Recorder(out, copy, changes, station, workers, stop, progress).record(runs)
-    for row in found.skipped:
+        recorded = Recorder(out, copy, changes, station, workers, stop, progress).record(runs)
+    for row in recorded.skipped:
         message(f"left out: {row.run}: {row.skipped}")
-    for each in found.references:
-        if each.found.problem:
-            message(f"golden as refused: {each.name}: {each.found.problem}")
-    count = len(found.references)
+    for reference in recorded.references:
+        if reference.found.problem:
+            message(f"golden as refused: {reference.name}: {reference.found.problem}")
+    count = len(recorded.references)
     result(f"{count} golden run{'' if count == 1 else 's'} in {out}")

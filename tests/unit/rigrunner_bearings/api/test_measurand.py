@@ -1,4 +1,4 @@
-"""Which torque a limit is for: read from a procedure, held against what was measured, written."""
+"""The measurand of a limit: parsed, compared with that of the result, and written."""
 
 from __future__ import annotations
 
@@ -38,19 +38,19 @@ BREAKAWAY = LimitMeasurand(nature="no_load", condition="from_rest")
          "got 'starting', expected a mapping of names to values", ""),
     ],
 )  # fmt: skip
-def test_a_spoiled_key_is_refused_at_its_place(case):
-    old, new, finger, field, message, hint = case
+def test_invalid_key_is_reported_at_its_location(case):
+    old, new, anchor, field, message, hint = case
     text = edited(PROCEDURE, (old, new))
-    at = f"acceptance.limits[0].measurand{field}"
+    path = f"acceptance.limits[0].measurand{field}"
     (problem,) = (
-        problem for problem in problems_of(parse_procedure, text, "p.yaml") if problem.field == at
+        problem for problem in problems_of(parse_procedure, text, "p.yaml") if problem.field == path
     )
     assert message in problem.message
     assert hint in problem.hint
-    assert str(problem.location) == f"p.yaml:{place_of(text, finger)}"
+    assert str(problem.location) == f"p.yaml:{place_of(text, anchor)}"
 
 
-def test_every_other_nature_and_condition_is_another_torque():
+def test_limit_applies_only_to_same_nature_and_condition():
     for nature in Nature:
         for condition in Condition:
             measurand = LimitMeasurand(nature=str(nature), condition=str(condition))
@@ -58,20 +58,22 @@ def test_every_other_nature_and_condition_is_another_torque():
             assert (measurand.objection(STARTING, [1000.0]) == "") is same
 
 
-def test_what_is_no_torque_at_all_is_another_quantity():
+def test_torque_limit_does_not_apply_to_hardness():
     assert BREAKAWAY.objection(Hardness("HRC")) == (
         "the limit is for the no-load torque from rest, and the result is the hardness HRC"
     )
 
 
 @given(st.sampled_from(Nature), st.sampled_from(Condition), st.none() | st.floats(0.1, 1e5))
-def test_it_reads_back_as_it_was_written(nature, condition, load):
-    stated = LimitMeasurand(
+def test_measurand_round_trips(nature, condition, load):
+    measurand = LimitMeasurand(
         nature=str(nature), condition=str(condition), load=None if load is None else f"{load!r} N"
     )
     limit = {"of": "torque", "mean": True, "max": "1 N·m", "source": "a test"}
-    accepted = Acceptance.model_validate({"limits": [limit | {"measurand": stated.as_written()}]})
-    assert accepted.limits[0].measurand == stated
+    limits = Acceptance.model_validate(
+        {"limits": [limit | {"measurand": measurand.as_written()}]}
+    ).limits
+    assert limits[0].measurand == measurand
 
 
 def details(kind, *loads):
@@ -82,7 +84,7 @@ def details(kind, *loads):
     )
 
 
-def test_a_total_torque_without_load_is_the_no_load_torque():
+def test_total_torque_without_load_counts_as_no_load_torque():
     assert details(TOTAL, 0.0, 2.0).objection(BREAKAWAY) == ""
     assert details(TOTAL, 0.0, 500.0).objection(BREAKAWAY) == (
         "The limit is for the no-load torque from rest, and the result is the total torque from "
@@ -90,13 +92,13 @@ def test_a_total_torque_without_load_is_the_no_load_torque():
     )
 
 
-def test_a_limit_at_one_load_says_nothing_of_another():
+def test_limit_applies_only_at_its_load():
     at_load = LimitMeasurand(**AT_REVERSAL, load="1000 N")
     assert details(STARTING, 1009.0, 992.0).objection(at_load) == ""
     assert "under 1000 N, and the result is" in details(STARTING, 1009.0, 985.0).objection(at_load)
 
 
-def test_what_is_not_known_of_limit_or_result_is_said():
+def test_missing_measurand_of_limit_or_result_is_reported():
     assert details(STARTING, 1000.0).objection(None) == (
         "The limit does not say of which torque it is: it needs a 'measurand'."
     )
@@ -107,7 +109,7 @@ def test_what_is_not_known_of_limit_or_result_is_said():
     )
 
 
-def decided(**load):
+def decide(**load):
     part = LimitDecision(
         verdict=Verdict.PASS,
         reason="a test",
@@ -118,22 +120,22 @@ def decided(**load):
     return Decision(rule="simple: a test", parts=(part,))
 
 
-def test_documents_have_the_load_beside_the_words():
+def test_documents_state_measurand_and_load():
     words = "load-induced torque at the reversals of a swing"
-    assert decision_document(decided(load="1 kN"))["measurand"] == {
+    assert decision_document(decide(load="1 kN"))["measurand"] == {
         **AT_REVERSAL,
         "load": {"value": 1000.0, "unit": "N"},
         "text": words,
     }
-    assert decision_document(decided())["measurand"] == {**AT_REVERSAL, "load": None, "text": words}
-    (stated,) = conformity_of(decided(load="1 kN"), ()).statements
-    assert (stated.measurand, stated.load_n) == (words, 1000.0)
-    (stated,) = conformity_of(decided(), ()).statements
-    assert (stated.measurand, stated.load_n) == (words, None)
+    assert decision_document(decide())["measurand"] == {**AT_REVERSAL, "load": None, "text": words}
+    (statement,) = conformity_of(decide(load="1 kN"), ()).statements
+    assert (statement.measurand, statement.load_n) == (words, 1000.0)
+    (statement,) = conformity_of(decide(), ()).statements
+    assert (statement.measurand, statement.load_n) == (words, None)
 
 
-def test_plugins_made_by_the_first_version_still_find_the_load():
+def test_load_n_still_works_with_deprecation_warning():
     with pytest.warns(DeprecationWarning, match="import load_of from"):
-        assert decided(load="1 kN").parts[0].load_n == 1000.0
+        assert decide(load="1 kN").parts[0].load_n == 1000.0
     with pytest.warns(DeprecationWarning, match="import load_of from"):
-        assert decided().parts[0].load_n is None
+        assert decide().parts[0].load_n is None

@@ -1,4 +1,4 @@
-"""The starting torque in a curve with noise on it."""
+"""Bias of the starting torque that is read from a noisy curve."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ def run(rng, noise_nm):
     return MeanSwing(HERTZ, mean, (mean - cycles) / (CYCLES - 1))
 
 
-def studied(noise_nm, rounds=300):
+def simulated_errors(noise_nm, rounds=300):
     """Return the errors of the greatest value, and without the expected bias, shape (rounds,)."""
     rng = np.random.default_rng(3)
     errors = []
@@ -50,17 +50,17 @@ def studied(noise_nm, rounds=300):
     return np.array(errors)
 
 
-def test_the_greatest_value_of_a_noisy_curve_is_high_and_is_put_right():
-    greatest, without = studied(0.1).mean(axis=0)
+def test_noise_bias_of_maximum_is_corrected():
+    greatest, corrected = simulated_errors(0.1).mean(axis=0)
     assert greatest > 0.008
-    assert abs(without) < greatest - without  # what is taken off stays in doubt
+    assert abs(corrected) < greatest - corrected  # the correction itself is uncertain
 
 
-def test_without_noise_there_is_nothing_to_put_right():
-    assert studied(0.0, rounds=1)[0] == pytest.approx([0.0, 0.0], abs=1e-10)
+def test_without_noise_there_is_no_correction():
+    assert simulated_errors(0.0, rounds=1)[0] == pytest.approx([0.0, 0.0], abs=1e-10)
 
 
-def test_a_load_without_samples_behind_a_reversal_is_refused():
+def test_load_without_samples_after_reversal_is_refused():
     friction = SimpleNamespace(swing=make_swing(2 / 45, SIZE))
     loaded = run(np.random.default_rng(3), 0.0)
     assert len(reversals(STIFF, friction, loaded, 0.01).forward)
@@ -82,7 +82,7 @@ VARIED = [
 ]
 
 
-def plain(line, friction, mean):
+def uncached_torque(line, friction, mean):
     hertz = mean.frequency_hz
     inertial = line.inertia_kgm2 * friction.swing.acceleration_per_hz2 * hertz**2
     twist = line.twist(Waveform(mean.torque_nm), hertz)
@@ -90,8 +90,8 @@ def plain(line, friction, mean):
     return at_load - inertial - friction.torque(hertz, twist, line.share)
 
 
-def test_what_is_remembered_of_a_pair_has_the_bits_of_what_is_worked_out():
-    """A quantity that something depends on, and that is left out of what it goes by, shows here."""
+def test_cached_torque_equals_uncached_bit_for_bit():
+    """Fails if the key of a cache lacks a quantity that the cached value depends on."""
     swing, rng = make_swing(2 / 45, SIZE), np.random.default_rng(5)
     steps = np.tanh(20 * swing.velocity_per_hz)
     frictions = [
@@ -105,7 +105,7 @@ def test_what_is_remembered_of_a_pair_has_the_bits_of_what_is_worked_out():
                 for change in VARIED:
                     line = replace(LINE, **change)
                     torque = bearing_torque(line, friction, pair)
-                    expected = plain(line, friction, pair.loaded) - plain(
+                    expected = uncached_torque(line, friction, pair.loaded) - uncached_torque(
                         line, friction, pair.no_load
                     )
                     np.testing.assert_array_equal(torque, expected)

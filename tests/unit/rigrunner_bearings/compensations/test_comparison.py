@@ -1,4 +1,4 @@
-"""What two runs differ by, beside the bearing, is found by what they have in common."""
+"""Differences between two runs other than the bearing: gains, inertia, hum, support friction."""
 
 from __future__ import annotations
 
@@ -51,18 +51,18 @@ def line_of(point, name):
     return next((part.u for part in point.components if part.name == name), 0.0)
 
 
-def test_gains_that_scatter_are_found_where_the_inertia_is_large(healthy):
-    """0.3 % is 15 mN·m at 35 Hz, and so 0.01 % is as much as the method may err by without it."""
+def test_gain_scatter_is_found_at_high_frequencies(healthy):
+    """0.3 % is 15 mN·m at 35 Hz; without scatter the method may be wrong by some 0.01 %."""
     gains = comparison(scaled(healthy, GAINS)).gains
-    none = comparison(healthy).gains
+    baseline = comparison(healthy).gains
     change = (gains.loaded - gains.no_load + gains.inertia) - (
-        none.loaded - none.no_load + none.inertia
+        baseline.loaded - baseline.no_load + baseline.inertia
     )
     assert change[-4:] == pytest.approx(GAINS[-4:], abs=5e-4)
-    assert none.scatter < gains.scatter
+    assert baseline.scatter < gains.scatter
 
 
-def test_gains_that_scatter_are_taken_out_and_the_rest_is_in_the_budget(healthy):
+def test_gain_scatter_is_removed_and_residual_is_in_budget(healthy):
     outcome, plain = compensate(scaled(healthy, GAINS)), compensate(healthy)
     errors = errors_nm(RIG, outcome)
     inertial = 0.002324 * 1.7563 * np.array(HERTZ) ** 2
@@ -72,13 +72,13 @@ def test_gains_that_scatter_are_taken_out_and_the_rest_is_in_the_budget(healthy)
     assert line_of(outcome.points[-1], LINE) > line_of(plain.points[-1], LINE)
 
 
-def test_an_inertia_is_told_from_gains_that_scatter(healthy):
+def test_inertia_change_is_distinguished_from_gain_scatter(healthy):
     changed = sweep_of(RigParameters(loaded_inertia_change=-0.02), HERTZ)
     assert comparison(changed).gains.inertia == pytest.approx(-0.02, abs=0.001)
     assert comparison(healthy).gains.inertia == pytest.approx(0, abs=0.001)
 
 
-def test_one_frequency_is_enough_to_be_compared(healthy):
+def test_single_frequency_can_be_compared(healthy):
     single = replace(healthy, loaded=healthy.loaded[-1:])
     gains = comparison(single).gains
     assert gains.loaded.shape == gains.no_load.shape == (1,)
@@ -89,17 +89,17 @@ def test_one_frequency_is_enough_to_be_compared(healthy):
 
 def with_hum(points, begins_turns):
     """Return the points with hum of 50.02 Hz; at 10 Hz it is greatest near the reversal."""
-    done = []
+    result = []
     for point in points:
         count, size = point.torque_nm.shape
         turns = np.arange(count * size).reshape(count, size) / size
         phase = 2 * np.pi * (50.02 * turns / point.frequency_hz.value + begins_turns)
-        done.append(replace(point, torque_nm=point.torque_nm + HUM_NM * np.sin(phase)))
-    return tuple(done)
+        result.append(replace(point, torque_nm=point.torque_nm + HUM_NM * np.sin(phase)))
+    return tuple(result)
 
 
 @pytest.mark.thorough
-def test_hum_that_is_a_harmonic_of_the_swing_is_taken_out(healthy):
+def test_hum_at_harmonic_of_swing_is_removed(healthy):
     """At 5, 10 and 25 Hz the mains are its tenth, fifth and second harmonic."""
     hums = replace(
         healthy, loaded=with_hum(healthy.loaded, 0.0), no_load=with_hum(healthy.no_load, 0.5)
@@ -107,25 +107,26 @@ def test_hum_that_is_a_harmonic_of_the_swing_is_taken_out(healthy):
     plain = compensate(healthy)
     outcome = compensate(hums)
     elsewhere = compensate(hums, mains_frequency="61 Hz")
-    moved, without = (
-        errors_nm(RIG, shown) - errors_nm(RIG, plain) for shown in (outcome, elsewhere)
+    corrected, uncorrected = (
+        errors_nm(RIG, compensation) - errors_nm(RIG, plain)
+        for compensation in (outcome, elsewhere)
     )
     locked = [HERTZ.index(hz) for hz in (5.0, 10.0, 25.0)]
-    assert np.abs(without[locked]).max() > 0.012
-    assert np.abs(moved[locked]).max() < 0.0025
-    has = [line_of(point, "hum of the mains") > 0 for point in outcome.points]
-    assert [hz for hz, hum in zip(HERTZ, has, strict=True) if hum] == [5.0, 10.0, 25.0]
+    assert np.abs(uncorrected[locked]).max() > 0.012
+    assert np.abs(corrected[locked]).max() < 0.0025
+    has_hum = [line_of(point, "hum of the mains") > 0 for point in outcome.points]
+    assert [hz for hz, hum in zip(HERTZ, has_hum, strict=True) if hum] == [5.0, 10.0, 25.0]
 
 
-def test_where_there_is_no_hum_none_is_taken_out(healthy):
+def test_nothing_is_removed_without_hum(healthy):
     assert not any(comparison(healthy).hum_nm)
 
 
 @pytest.mark.thorough
-def test_a_known_growth_of_the_support_s_friction_is_taken_out():
-    """3 % of 0.76 N·m under the load of 1000 N, of which 19 mN·m are in the torque.
+def test_stated_growth_of_support_friction_is_removed():
+    """3 % of 0.76 N·m under the load of 1000 N, 19 mN·m of it in the torque.
 
-    Half of what it may matter whether the slip grows too, 6 mN·m, is left and in U.
+    Half of the possible effect of a growing slip, 6 mN·m, remains and is within U.
     """
     rig = RigParameters(support_growth_per_kn=0.03)
     sweep = replace(sweep_of(RIG, HERTZ), loaded=prepared(rig, 1000.0, HERTZ))
@@ -139,7 +140,7 @@ def test_a_known_growth_of_the_support_s_friction_is_taken_out():
     assert abs(errors_nm(rig, right).mean()) < 0.0065
 
 
-def test_set_points_of_about_one_frequency_do_not_hang_on_its_last_digits(healthy):
+def test_result_is_stable_for_nearly_equal_set_points(healthy):
     """Four powers of one frequency would leave the running torque undetermined."""
     point = healthy.loaded[-1]
 
@@ -155,7 +156,7 @@ def test_set_points_of_about_one_frequency_do_not_hang_on_its_last_digits(health
 
 
 @pytest.mark.parametrize("size", [1, 99, 100, 101, 1250])
-def test_the_power_of_hum_is_that_of_its_fourier_sum_over_all_cycles(size):
+def test_hum_power_equals_fourier_sum_over_all_cycles(size):
     values, hertz = np.random.default_rng(3).normal(size=(4, size)), np.array([49.8, 50.0, 50.1])
     at_s = np.arange(values.size) / 1000.0
     sums = np.exp(-2j * np.pi * hertz[:, None] * at_s) @ values.ravel()
@@ -163,8 +164,8 @@ def test_the_power_of_hum_is_that_of_its_fourier_sum_over_all_cycles(size):
     assert hum._powers(values, 1000.0, hertz) == pytest.approx(expected, rel=1e-9, abs=1e-15)
 
 
-def test_gains_do_not_depend_on_the_rounding_of_a_processor(healthy):
-    """Sums of another order differ by 1e-15; of the weights of standard deviations, by nothing."""
+def test_gains_do_not_depend_on_rounding(healthy):
+    """Summation in another order changes a sum by 1e-15, and must not change the weights."""
     sweep = scaled(healthy, GAINS)
     rng = np.random.default_rng(20261129)
     rounded = [

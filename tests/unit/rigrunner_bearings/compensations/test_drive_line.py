@@ -46,7 +46,7 @@ def driven_with_friction_pulse():
     return stiffness * twist + damping * rate, twist, friction[:-1]
 
 
-def test_undoes_what_an_oscillator_in_the_time_domain_does():
+def test_inverts_time_domain_oscillator():
     sensor, twist, friction = driven_with_friction_pulse()
     line = replace(LINE, harmonics=60)
     load_nm = line.at_load(Waveform(sensor), FREQUENCY)
@@ -57,7 +57,7 @@ def test_undoes_what_an_oscillator_in_the_time_domain_does():
     np.testing.assert_allclose(line.twist(Waveform(sensor), FREQUENCY), twist, atol=2e-6)
 
 
-def test_undoes_filter_and_delay():
+def test_inverts_filter_and_delay():
     line = replace(LINE, low_pass=LowPass(order=3, corner="300 Hz"), delay_s=1e-4)
     phase = 2 * np.pi * np.arange(512) / 512
     at_load = np.cos(phase + 0.3) + 0.2 * np.sin(7 * phase)
@@ -65,12 +65,12 @@ def test_undoes_filter_and_delay():
     np.testing.assert_allclose(line.at_load(Waveform(sensor), 20.0), at_load, atol=1e-12)
 
 
-def test_a_delay_is_later():
+def test_delay_gives_negative_phase():
     line = replace(LINE, delay_s=1e-3)
     assert np.angle(line.channel(np.array([10.0])))[0] == pytest.approx(-2 * np.pi * 0.01, rel=1e-3)
 
 
-def test_stops_where_it_would_amplify_noise():
+def test_inversion_stops_where_it_would_amplify_noise():
     line = replace(LINE, natural_hz=150.0, low_pass=LowPass(corner="100 Hz"))
     impulse = np.zeros(1024)
     impulse[0] = 1.0
@@ -88,23 +88,25 @@ def test_leading_dimensions_are_waveforms():
 
 @pytest.mark.parametrize("harmonics", [19, 24, 60])
 @pytest.mark.parametrize("size", [32, 4096])
-def test_what_is_tapered_away_need_not_be_computed(harmonics, size):
+def test_skipping_tapered_harmonics_changes_nothing(harmonics, size):
     waveform = np.random.default_rng(2).standard_normal(size)
     line = replace(LINE, harmonics=harmonics, low_pass=LowPass(corner="900 Hz"), delay_s=1e-5)
-    every_hz = np.arange(size // 2 + 1) * FREQUENCY
+    harmonics_hz = np.arange(size // 2 + 1) * FREQUENCY
 
-    def plain(through, limit, share):
-        too_little = np.flatnonzero(np.abs(through[:limit]) < 1 / MAX_GAIN)
+    def full_inverse(response, limit, share):
+        too_little = np.flatnonzero(np.abs(response[:limit]) < 1 / MAX_GAIN)
         band = share * (float(too_little[0]) if len(too_little) else float(limit))
-        taper = raised_cosine(np.arange(len(through), dtype=float), band, TAPER * band)
-        return np.divide(taper, through, out=np.zeros_like(through), where=taper > 0)
+        taper = raised_cosine(np.arange(len(response), dtype=float), band, TAPER * band)
+        return np.divide(taper, response, out=np.zeros_like(response), where=taper > 0)
 
     spectrum = np.fft.rfft(waveform)
-    undone = plain(line.sensor(every_hz), HARMONICS, harmonics / HARMONICS)
+    full = full_inverse(line.sensor(harmonics_hz), HARMONICS, harmonics / HARMONICS)
     assert np.array_equal(
-        line.at_load(Waveform(waveform), FREQUENCY), np.fft.irfft(spectrum * undone, size)
+        line.at_load(Waveform(waveform), FREQUENCY), np.fft.irfft(spectrum * full, size)
     )
-    undone = plain(line.channel(every_hz), TWIST_HARMONICS, 1.0) / line.stiffness(every_hz)
+    full = full_inverse(line.channel(harmonics_hz), TWIST_HARMONICS, 1.0) / line.stiffness(
+        harmonics_hz
+    )
     assert np.array_equal(
-        line.twist(Waveform(waveform), FREQUENCY), np.fft.irfft(spectrum * undone, size)
+        line.twist(Waveform(waveform), FREQUENCY), np.fft.irfft(spectrum * full, size)
     )

@@ -1,4 +1,4 @@
-"""What a check says that it moves, against what the fault did: the same rig without it."""
+"""The effect that a check states against that of the fault: the same rig with and without it."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ def check_of(compensation, name):
     return next(check for check in compensation.checks if check.name == name)
 
 
-def moved(compensation, sound):
+def shifts_nm(compensation, sound):
     pairs = zip(compensation.points, sound.points, strict=True)
     return np.array([one.torque.value - other.torque.value for one, other in pairs])
 
@@ -48,7 +48,7 @@ def with_gain(points, gain):
 
 @pytest.mark.thorough
 @pytest.mark.parametrize(
-    ("loaded", "left_nm"),
+    ("loaded", "residual_nm"),
     [
         pytest.param(
             lambda: runs_of(replace(SOUND, loaded_inertia_change=0.02)), 0.025, id="inertia"
@@ -56,24 +56,22 @@ def with_gain(points, gain):
         pytest.param(lambda: with_gain(runs_of(SOUND), 0.02), 0.06, id="gain"),
     ],
 )
-def test_inertia_and_gain_of_one_run_alone_are_taken_out_and_the_rest_is_in_u(
-    loaded, left_nm, sound
-):
+def test_change_of_inertia_or_gain_between_runs_is_removed(loaded, residual_nm, sound):
     """2 % of the inertia's torque at 35 Hz is 100 mN·m; of the friction of both, 30 to 50 mN·m.
 
-    Which of the two changed the runs do not show: the inertia's torque is taken out. That another
-    inertia has another resonance is left, 20 mN·m.
+    The runs do not show which of the two changed: the inertia's torque is removed. The effect of
+    the changed resonance remains, 20 mN·m.
     """
     changed = compensated_with(loaded())
-    did = np.abs(moved(changed, sound))
-    assert did.max() < left_nm
+    shifts = np.abs(shifts_nm(changed, sound))
+    assert shifts.max() < residual_nm
     assert all(
-        shift < 1.1 * expanded(p.torque) for shift, p in zip(did, changed.points, strict=True)
+        shift < 1.1 * expanded(p.torque) for shift, p in zip(shifts, changed.points, strict=True)
     )
     assert changed.parameters["change of the inertia"].value == pytest.approx(0.02, abs=0.001)
-    assert check_of(changed, "inertia of both runs").ok, "nothing of it is left"
+    assert check_of(changed, "inertia of both runs").ok, "all of it was removed"
 
 
-def test_a_sound_rig_has_none_of_it(sound):
+def test_sound_rig_fails_no_check(sound):
     _, checks = bind(sound, sound.checks)
     assert [check.name for check in checks if not check.ok] == []

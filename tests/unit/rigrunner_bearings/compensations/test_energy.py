@@ -28,30 +28,30 @@ def outcome():
     return Energy(EnergySettings())(sweep_of(RigParameters(), FEW))
 
 
-def test_is_the_kinetic_torque_at_every_frequency(outcome):
-    """0.64 N·m kinetic, a little less as every stroke begins at the other sign."""
+def test_running_torque_is_kinetic_torque_at_every_frequency(outcome):
+    """0.64 N·m kinetic, a little less as each stroke begins with the opposite sign."""
     values = np.array([point.torque.value for point in outcome.points])
     assert values == pytest.approx(np.full(len(FEW), 0.635), abs=0.01)
     assert np.ptp(values) < 0.006
 
 
-def test_a_load_raises_the_dry_part_alone():
+def test_load_growth_affects_dry_friction_only():
     """Of a support without viscosity all of the running torque is dry, while nothing twists."""
     sweep = sweep_of(RigParameters(), FEW)
-    off = []
+    torques = []
     for growth in (0.0, 0.02):
         stated = {"support_load_growth": growth, "support_load_dependence": 0.0}
         grown = replace(sweep, rig=sweep.rig.model_copy(update=stated))
         compensation = Energy(EnergySettings())(grown)
-        off.append([point.torque.value for point in compensation.points])
-    dry = (np.array(off[0]) - off[1]) / 0.02
-    without = sweep_of(replace(RigParameters(), support_damping_nms=0.0), FEW).no_load
-    slowest = running_torque(SWING, np.mean(without[0].torque_nm, axis=0))
+        torques.append([point.torque.value for point in compensation.points])
+    dry = (np.array(torques[0]) - torques[1]) / 0.02
+    undamped = sweep_of(replace(RigParameters(), support_damping_nms=0.0), FEW).no_load
+    slowest = running_torque(SWING, np.mean(undamped[0].torque_nm, axis=0))
     assert dry == pytest.approx(np.full(len(FEW), slowest), rel=0.01)
 
 
-def test_dry_friction_that_may_have_changed_between_the_runs_is_in_u():
-    """8 % of it, most likely none: as a triangle (JCGM 101, 6.4.5)."""
+def test_drift_of_dry_friction_is_in_uncertainty():
+    """Up to 8 %, most likely none: a triangular distribution (JCGM 101, 6.4.5)."""
     sweep = sweep_of(RigParameters(), FEW)
     unstated = replace(
         sweep, rig=sweep.rig.model_copy(update={"support_load_dependence": None}), apart=True
@@ -62,12 +62,12 @@ def test_dry_friction_that_may_have_changed_between_the_runs_is_in_u():
         assert drift.u == pytest.approx(0.08 / np.sqrt(6) * abs(growth.sensitivity))
 
 
-def test_says_what_it_measures(outcome):
+def test_measurand_is_running_torque(outcome):
     assert "running torque" in outcome.measurand
     assert any("not the starting torque" in note for note in outcome.notes)
 
 
-def test_every_point_adds_up(outcome):
+def test_parts_of_each_point_add_up(outcome):
     for point in outcome.points:
         assert point.raw_nm - point.rig_nm == pytest.approx(point.torque.value)
         assert (point.torque.u, point.torque.dof) == pytest.approx(combine(point.components))

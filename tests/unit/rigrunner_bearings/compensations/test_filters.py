@@ -30,7 +30,7 @@ def test_bessel_equals_scipy(order):
 @pytest.mark.parametrize("ripple_db", [0.1, 0.5, 3.0])
 @pytest.mark.parametrize("order", range(1, 9))
 def test_chebyshev_equals_scipy(order, ripple_db):
-    """Scipy's has its corner where the ripple ends: so its own 3 dB point is searched for."""
+    """Scipy puts the corner at the end of the ripple, so its 3 dB point is searched for."""
     numerator, denominator = signal.cheby1(order, ripple_db, 1.0, analog=True)
     at_rest = abs(signal.freqs(numerator, denominator, [0.0])[1][0])
 
@@ -44,14 +44,14 @@ def test_chebyshev_equals_scipy(order, ripple_db):
 
 
 @pytest.mark.parametrize("kind", [{}, {"type": "bessel"}, {"type": "chebyshev", "ripple_db": 1.0}])
-def test_the_corner_is_where_the_gain_is_down_by_3_db(kind):
+def test_gain_at_corner_is_minus_3_db(kind):
     low_pass = filter_of(order=4, corner="500 Hz", **kind)
     assert abs(response_of(low_pass, HZ))[5] == pytest.approx(1 / np.sqrt(2), rel=1e-9)
     assert corner_hz(low_pass) == 500
     assert corner_hz(low_pass.scaled(1.02)) == pytest.approx(510)
 
 
-def test_taps_are_a_filter_with_its_delay():
+def test_taps_give_filter_with_delay():
     """The mean of four samples: Dirichlet's kernel, and a delay of one and a half samples."""
     low_pass = filter_of(type="fir", taps=[2.0, 2.0, 2.0, 2.0], rate="8 kHz")
     hertz = np.array([50.0, 900.0, 3000.0])
@@ -65,7 +65,7 @@ def test_taps_are_a_filter_with_its_delay():
     assert corner_hz(low_pass.scaled(2)) == pytest.approx(2 * corner)
 
 
-def test_a_measured_response_goes_through_its_points():
+def test_measured_response_passes_through_its_points():
     """A Butterworth filter, measured every 20 Hz, is that filter between the points and beyond."""
     truth = filter_of(order=2, corner="500 Hz")
     hertz = np.arange(20.0, 2001.0, 20.0)
@@ -103,6 +103,6 @@ POINT = {"frequency": "10 Hz", "gain": 1.0, "phase": "0 rad"}
         ({"type": "measured", "response": [POINT, POINT]}, "source"),
     ],
 )
-def test_what_is_no_filter_is_refused(described, message):
+def test_invalid_filter_is_refused(described, message):
     with pytest.raises(ValidationError, match=message):
         filter_of(**described)

@@ -32,7 +32,7 @@ def identified(parameters, seed=0):
 @pytest.mark.parametrize(
     ("model", "share"), [(RigParameters, 0.0), (OdeParameters, 1.0)], ids=["closed form", "ode"]
 )
-def test_learns_the_rig_and_where_its_friction_acts(model, share, natural_hz):
+def test_identifies_rig_and_where_friction_acts(model, share, natural_hz):
     """On the closed form friction follows the drive, on the ODE the load: by construction."""
     rig = model(natural_hz=natural_hz)
     learned = identified(rig)
@@ -46,42 +46,42 @@ def test_learns_the_rig_and_where_its_friction_acts(model, share, natural_hz):
     assert learned.misfit < 1.5
 
 
-def test_learns_a_delay():
+def test_identifies_delay():
     sensors = replace(RigParameters().sensors, torque_delay_s=2e-4)
     learned = identified(RigParameters(sensors=sensors))
     assert learned.line.delay_s == pytest.approx(2e-4, abs=1e-5)
     assert learned.line.share == pytest.approx(0, abs=0.15)
 
 
-def test_friction_level_is_the_supports():
+def test_friction_level_is_that_of_support():
     slow_nm = identified(RigParameters()).friction.slow_nm
     assert np.median(np.abs(slow_nm)) == pytest.approx(0.7597, rel=0.05)
 
 
-def test_what_the_model_leaves_of_a_torque_has_no_mean():
-    """Its mean is friction, which the friction of the model has."""
+def test_unexplained_torque_has_zero_mean():
+    """The mean is friction, and belongs to the friction of the model."""
     points = prepared(RigParameters(), 0.0)
     rig = identify(points, make_swing(measured_ratio(points)), INSTRUMENT.low_pass)
-    left_nm = no_load_model(points, rig).unexplained_nm
-    assert left_nm.shape[0] == len(points)
-    assert np.abs(left_nm).max() > 0
-    np.testing.assert_allclose(left_nm.mean(axis=1), 0.0, atol=1e-12)
+    unexplained_nm = no_load_model(points, rig).unexplained_nm
+    assert unexplained_nm.shape[0] == len(points)
+    assert np.abs(unexplained_nm).max() > 0
+    np.testing.assert_allclose(unexplained_nm.mean(axis=1), 0.0, atol=1e-12)
 
 
-def test_a_line_is_known_best_at_the_weighted_mean_of_its_places():
+def test_line_is_most_certain_at_weighted_mean_frequency():
     """Draper and Smith, Applied Regression Analysis, 3rd ed., 1.4: the variance is least there."""
     hertz, weight = np.array([1.0, 5.0, 10.0, 35.0]), np.array([1.0, 2.0, 2.0, 1.0])
-    one = weight[:, None] * np.column_stack([np.ones(4), hertz])
-    basis = np.stack([one, 3 * one]).astype(complex)
+    line = weight[:, None] * np.column_stack([np.ones(4), hertz])
+    basis = np.stack([line, 3 * line]).astype(complex)
     expected = np.average(hertz, weights=weight**2)
     assert identification._best_known_hz(basis) == pytest.approx(expected)
 
 
-def test_the_quick_misfit_of_many_lines_is_the_sum_of_squares_of_each():
+def test_fast_misfit_equals_sum_of_squared_residuals():
     points = prepared(RigParameters(), 0.0)
     observed = observe(points, make_swing(measured_ratio(points)))
     weight = observed.weight.copy()
-    weight[:, 60:] = 0.0  # harmonics that no frequency has, one has, and two have
+    weight[:, 60:] = 0.0  # harmonics that occur at no, at one and at two frequencies
     weight[:-1, 59] = weight[2:, 58] = 0.0
     observed = replace(observed, weight=weight)
     lines = [
@@ -99,24 +99,24 @@ def test_the_quick_misfit_of_many_lines_is_the_sum_of_squares_of_each():
 
 
 @pytest.mark.parametrize("delay_s", [0.0, 3e-4])
-def test_learns_the_same_again_from_the_same_points(delay_s):
+def test_repeated_identification_gives_same_rig(delay_s):
     sensors = replace(RigParameters().sensors, torque_delay_s=delay_s)
     points = prepared(RigParameters(sensors=sensors), 0.0)
     swing = make_swing(measured_ratio(points))
     rig = identify(points, swing, INSTRUMENT.low_pass)
-    again = identify_again(points, swing, INSTRUMENT.low_pass, rig)
+    repeated = identify_again(points, swing, INSTRUMENT.low_pass, rig)
     assert bool(rig.line.delay_s) == bool(delay_s)
-    assert again.line == rig.line
-    np.testing.assert_array_equal(again.friction.slow_nm, rig.friction.slow_nm)
+    assert repeated.line == rig.line
+    np.testing.assert_array_equal(repeated.friction.slow_nm, rig.friction.slow_nm)
 
 
-def test_tells_the_torque_at_a_frequency_that_was_not_recorded():
+def test_predicts_torque_at_unrecorded_frequency():
     points = prepared(RigParameters(), 0.0)
-    (there,) = (point for point in points if point.set_frequency_hz == 15.0)
-    others = tuple(point for point in points if point is not there)
+    (left_out,) = (point for point in points if point.set_frequency_hz == 15.0)
+    others = tuple(point for point in points if point is not left_out)
     rig = identify(others, make_swing(measured_ratio(others)), INSTRUMENT.low_pass)
     template = no_load_model(others, rig).template(15.0)
-    recorded = mean_swing(there, len(template.torque_nm))
+    recorded = mean_swing(left_out, len(template.torque_nm))
     assert np.abs(recorded.torque_nm).max() > 1.5
     np.testing.assert_allclose(template.torque_nm, recorded.torque_nm, atol=0.04)
 
@@ -134,18 +134,18 @@ def test_refuses_too_few_frequencies():
         (0.005, "nothing in it but noise"),
     ],
 )
-def test_refuses_a_sensor_that_shows_nothing(noise_nm, message):
+def test_refuses_constant_or_pure_noise_signal(noise_nm, message):
     rng = np.random.default_rng(7)
     points = tuple(
         replace(point, torque_nm=rng.normal(0.0003, noise_nm, point.torque_nm.shape))
         for point in prepared(RigParameters(), 0.0, (1.0, 10.0, 20.0, 35.0))
     )
-    with pytest.raises(DataError, match=message) as refused:
+    with pytest.raises(DataError, match=message) as caught:
         identify(points, make_swing(2 / 45), INSTRUMENT.low_pass)
-    assert "sensor connected" in refused.value.hint
+    assert "sensor connected" in caught.value.hint
 
 
-def test_vector_goes_both_ways():
+def test_vector_round_trips():
     line = identified(RigParameters()).line
     changed = with_vector(line, vector(line) * 2)
     np.testing.assert_allclose(vector(changed), 2 * vector(line))

@@ -13,14 +13,14 @@ def sweep():
     return sweep_of(RigParameters(), FEW)
 
 
-def test_pairs_by_measured_frequency_whatever_was_entered(sweep):
+def test_pairs_by_measured_not_entered_frequency(sweep):
     mislabelled = tuple(replace(point, set_frequency_hz=99.0) for point in sweep.no_load)
     shuffled = replace(sweep, no_load=mislabelled[::-1])
     for loaded, no_load in pairs(shuffled.loaded, shuffled.no_load, 0.001):
         assert no_load.frequency_hz.value == pytest.approx(loaded.frequency_hz.value, rel=1e-4)
 
 
-def test_names_what_has_no_partner_and_what_there_is(sweep):
+def test_missing_partner_lists_available_frequencies(sweep):
     short = replace(sweep, no_load=sweep.no_load[:2])
     with pytest.raises(DataError) as caught:
         pairs(short.loaded, short.no_load, 0.02)
@@ -30,6 +30,6 @@ def test_names_what_has_no_partner_and_what_there_is(sweep):
     assert "record the no-load sweep at the same frequencies" in message
 
 
-def test_an_empty_no_load_run_is_said_to_be_empty(sweep):
+def test_empty_no_load_run_is_reported(sweep):
     with pytest.raises(DataError, match="the no-load run has no points"):
         pairs(sweep.loaded, (), 0.02)

@@ -36,21 +36,21 @@ def part(point, name):
     return next(component for component in point.components if component.name == name)
 
 
-def test_the_difference_of_the_mean_peaks_at_the_same_frequency():
+def test_torque_is_difference_of_mean_peaks():
     compensation = compensate(points(LOADED, 1000.0), points(NO_LOAD, 0.0)[::-1])
     assert [p.torque.value for p in compensation.points] == pytest.approx([0.6, 0.7, 0.9])
     assert [p.raw_nm for p in compensation.points] == pytest.approx([2.1, 3.6, 6.0])
     assert [p.rig_nm for p in compensation.points] == pytest.approx([1.5, 2.9, 5.1])
 
 
-def test_rejected_peaks_take_no_part():
+def test_rejected_peaks_do_not_count():
     loaded = swing_point([2.1, 2.1, 2.1, 9.9], 10.0)
     loaded = replace(loaded, peak_kept=np.array([True, True, True, False]))
     compensation = compensate((loaded,), (swing_point([1.5, 1.5, 1.5], 10.0),))
     assert compensation.points[0].torque.value == pytest.approx(0.6)
 
 
-def test_the_scatter_of_both_runs_is_in_it():
+def test_scatter_of_both_runs_is_in_budget():
     (point,) = compensate(points({10.0: 2.1}, 1000.0), points({10.0: 1.5}, 0.0)).points
     u_mean = np.std(WIGGLE, ddof=1) / np.sqrt(5)
     assert part(point, "scatter between cycles, loaded").u == pytest.approx(u_mean)
@@ -61,7 +61,7 @@ def test_the_scatter_of_both_runs_is_in_it():
     assert point.torque.dof == pytest.approx(point.torque.u**4 / (2 * u_mean**4 / 4))
 
 
-def test_gain_acts_on_the_difference_and_each_run_drifts():
+def test_gain_acts_on_difference_and_each_run_drifts():
     tool = instrument(gain="0.3 %", drift="0.02 N·m", nonlinearity="0.05 %")
     (point,) = compensate(points({10.0: 2.1}, 1000.0), points({10.0: 1.5}, 0.0), tool).points
     assert part(point, "sensor gain").u == pytest.approx(0.003 * 0.6 / np.sqrt(3), rel=1e-4)
@@ -69,35 +69,35 @@ def test_gain_acts_on_the_difference_and_each_run_drifts():
     assert part(point, "sensor non-linearity").u == pytest.approx(0.005 / np.sqrt(3))
 
 
-def test_a_doubtful_frequency_costs_what_the_no_load_peak_grows_by():
-    doubt = {"motion": MotionSource.ENTERED}
-    loaded = replace(points(LOADED, 1000.0, **doubt)[2], frequency_hz=Estimate(30.0, 0.03, np.inf))
-    bare = points(NO_LOAD, 0.0, **doubt)
+def test_frequency_uncertainty_scales_with_no_load_slope():
+    motion = {"motion": MotionSource.ENTERED}
+    loaded = replace(points(LOADED, 1000.0, **motion)[2], frequency_hz=Estimate(30.0, 0.03, np.inf))
+    bare = points(NO_LOAD, 0.0, **motion)
     no_load = (*bare[:2], replace(bare[2], frequency_hz=Estimate(30.0, 0.04, np.inf)))
     (point,) = (compensation := compensate((loaded,), no_load)).points
-    # 2.2 N·m in 10 Hz, and both frequencies are in doubt
+    # 2.2 N·m per 10 Hz, and both frequencies are uncertain
     assert part(point, "frequency").u == pytest.approx(0.22 * 0.05)
     assert ENTERED in compensation.notes
 
 
-def test_what_the_frequencies_are_seen_to_differ_by_is_in_it():
+def test_frequency_mismatch_is_in_budget():
     (point,) = compensate(points({20.1: 3.6}, 1000.0), points(NO_LOAD, 0.0)).points
     assert part(point, "frequency").u == pytest.approx(0.14 * 0.1 / np.sqrt(3))
 
 
-def test_of_one_no_load_point_the_slope_is_that_of_inertia():
+def test_slope_from_one_no_load_point_is_that_of_inertia():
     (point,) = compensate(points({10.05: 2.1}, 1000.0), points({10.0: 1.5}, 0.0)).points
     assert part(point, "frequency").u == pytest.approx(2 * 1.5 / 10 * 0.05 / np.sqrt(3))
 
 
-def test_a_frequency_without_partner_is_not_applicable():
+def test_frequency_without_partner_is_refused():
     with pytest.raises(DataError, match=r"no no-load recording within 1\.0% of 30 Hz"):
         compensate(points(LOADED, 1000.0), points({10.0: 1.5, 20.0: 2.9}, 0.0))
     with pytest.raises(DataError, match="no points"):
         compensate(points(LOADED, 1000.0), ())
 
 
-def test_single_values_have_no_known_uncertainty():
+def test_single_values_have_unknown_uncertainty():
     def single(hertz, value, load_n):
         return PeakPoint(
             recording=f"{hertz} Hz",

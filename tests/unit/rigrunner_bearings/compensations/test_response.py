@@ -20,7 +20,7 @@ def test_butterworth_equals_scipy(order):
     np.testing.assert_allclose(butterworth(HZ, 1000, order), expected, atol=1e-12)
 
 
-def test_resonance_is_that_of_a_base_driven_oscillator():
+def test_resonance_equals_base_driven_oscillator():
     """Transmitted torque of k and c over the load on J, from the equation of motion."""
     j, natural, damping = 0.0023, 400.0, 0.05
     k, s = j * (2 * np.pi * natural) ** 2, 2j * np.pi * HZ
@@ -36,14 +36,14 @@ def test_taper_is_flat_then_zero():
     assert taper[HZ == 750] == pytest.approx(0.5)
 
 
-def test_inverse_undoes_what_it_lets_through():
+def test_inverse_times_response_is_one_in_band():
     through = torsional_resonance(HZ, 400, 0.05)
     undone = through * inverse(through, raised_cosine(HZ, 600, 900))
     np.testing.assert_allclose(undone[HZ <= 600], 1)
     assert np.all(undone[HZ >= 900] == 0)
 
 
-def test_inverse_of_nothing_is_not_asked_for_where_the_taper_is_zero():
+def test_inverse_ignores_zeros_outside_taper():
     assert inverse(np.array([1.0 + 0j, 0.0]), np.array([1.0, 0.0])).tolist() == [1, 0]
 
 

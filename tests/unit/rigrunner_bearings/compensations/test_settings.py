@@ -20,7 +20,7 @@ def test_reads_quantities_with_units():
     ("key", "value"),
     [("window", 1.0), ("frequency_match", "10 %"), ("inertia_mismatch", "-1 %"), ("fc", "1 Hz")],
 )
-def test_refuses(key, value):
+def test_refuses_invalid_values(key, value):
     with pytest.raises(ValidationError):
         TemplateInverseSettings.model_validate({key: value})
 
@@ -30,7 +30,7 @@ def test_energy_has_no_window():
         EnergySettings.model_validate({"window": "1 deg"})
 
 
-def test_load_without_numpy():
+def test_settings_load_without_numpy():
     code = (
         "import sys, rigrunner_bearings.compensations.settings; assert 'numpy' not in sys.modules"
     )

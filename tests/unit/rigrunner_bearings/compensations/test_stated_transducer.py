@@ -1,4 +1,4 @@
-"""What a register states of the transducer reaches the result of every method, and its budget."""
+"""Transducer errors that the register states reach the budget of every method."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ def compensated(method, **changes):
 
 
 @pytest.mark.parametrize("method", METHODS)
-def test_stated_errors_are_lines_of_every_budget(method):
+def test_stated_errors_are_in_every_budget(method):
     plain, stated = (
         compensated(method),
         compensated(method, accuracy_=INSTRUMENT.accuracy.model_copy(update=ERRORS)),
@@ -65,7 +65,7 @@ def test_stated_errors_are_lines_of_every_budget(method):
         assert after.torque.u == pytest.approx(np.sqrt(before.torque.u**2 + added), rel=1e-6)
 
 
-def test_a_filter_that_is_described_by_its_response_is_undone_as_that_filter():
+def test_filter_given_by_response_equals_named_filter():
     hertz = np.geomspace(5, 5000, 200)
     table = [
         {"frequency": f"{f!r} Hz", "gain": float(abs(h)), "phase": f"{float(np.angle(h))!r} rad"}

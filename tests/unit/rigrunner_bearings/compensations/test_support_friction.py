@@ -20,21 +20,21 @@ DRY = dry(SWING.angle_rad)
 SPEED = np.abs(SWING.velocity_per_hz)
 
 
-def test_separates_the_two_ways_in_which_friction_grows_with_speed():
+def test_separates_proportional_and_viscous_growth():
     growth = 0.3 * SPEED * DRY + 0.2 * SWING.velocity_per_hz
     friction = make_friction(SWING, RIGID, DRY, growth, KNOWN_HZ)
     assert friction.growth_s == pytest.approx(0.3)
     assert friction.viscous_nms == pytest.approx(0.2)
 
 
-def test_without_twist_it_is_as_measured():
+def test_without_twist_torque_is_as_measured():
     growth = 0.3 * SPEED * DRY + 0.2 * SWING.velocity_per_hz
     friction = make_friction(SWING, RIGID, DRY, growth, KNOWN_HZ)
     np.testing.assert_allclose(friction.torque(20.0, RIGID, 1.0), DRY + 20 * growth, atol=1e-9)
     np.testing.assert_allclose(friction.change(20.0, RIGID), 0, atol=1e-9)
 
 
-def test_follows_the_load_as_far_as_it_takes_part():
+def test_friction_follows_load_by_its_share():
     twist = 0.002 * np.sin(2 * np.pi * np.arange(SWING.size) / SWING.size + 0.4)
     rate = 0.002 * 2 * np.pi * 20 * np.cos(2 * np.pi * np.arange(SWING.size) / SWING.size + 0.4)
     friction = make_friction(SWING, RIGID, DRY, 0.2 * SWING.velocity_per_hz, KNOWN_HZ)
@@ -46,8 +46,8 @@ def test_follows_the_load_as_far_as_it_takes_part():
 
 
 @pytest.mark.parametrize("frequency_hz", [1.0, 20.0])
-def test_a_change_has_the_bits_of_the_plain_difference(frequency_hz):
-    """What no twist has a part in is worked out once: quicker, and the same."""
+def test_change_equals_difference_bit_for_bit(frequency_hz):
+    """Terms that do not depend on the twist are computed once: faster, with the same result."""
     twist = 0.002 * np.sin(2 * np.pi * np.arange(SWING.size) / SWING.size + 0.4)
     growth = 0.3 * SPEED * DRY + 0.2 * SWING.velocity_per_hz
     friction = make_friction(SWING, twist / 7, DRY, growth, KNOWN_HZ)
@@ -55,19 +55,19 @@ def test_a_change_has_the_bits_of_the_plain_difference(frequency_hz):
     np.testing.assert_array_equal(friction.change(frequency_hz, twist), full - none)
 
 
-def test_twist_of_the_slow_swing_changes_nothing():
+def test_twist_of_slow_swing_changes_nothing():
     twist = 1e-4 * np.sign(SWING.velocity_per_hz) * (1 - np.exp(-SPEED / 0.02))
     friction = make_friction(SWING, twist, DRY, np.zeros(SWING.size), KNOWN_HZ)
     np.testing.assert_allclose(friction.change(0.0, twist), 0, atol=1e-9)
 
 
-def test_level_is_that_of_a_stroke_under_way():
+def test_friction_level_is_that_of_sliding_stroke():
     friction = make_friction(SWING, RIGID, DRY, np.zeros(SWING.size), KNOWN_HZ)
     assert np.median(np.abs(friction.slow_nm)) == pytest.approx(0.8, rel=0.01)
 
 
-def test_noise_of_the_line_prolonged_to_rest_stays_out():
-    """The line is known at 12 Hz; what its slope is wrong by there is opposed at rest."""
+def test_extrapolation_noise_is_kept_out():
+    """The line is known at 12 Hz; an error of its slope there has the opposite sign at rest."""
     rng = np.random.default_rng(1)
     wrong = 1e-3 * rng.standard_normal(SWING.size)
     growth = 0.2 * SWING.velocity_per_hz + wrong

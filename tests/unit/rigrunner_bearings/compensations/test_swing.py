@@ -22,7 +22,7 @@ def test_velocity_and_acceleration_are_the_angles_derivatives():
     np.testing.assert_allclose(SWING.acceleration_per_hz2, acceleration, atol=1e-6)
 
 
-def test_strokes_share_out_all_samples():
+def test_strokes_cover_all_samples_once():
     forward, backward = strokes(SWING.angle_rad)
     together = np.sort(np.concatenate([forward.index, backward.index]))
     assert together.tolist() == list(range(SWING.size))
@@ -30,7 +30,7 @@ def test_strokes_share_out_all_samples():
     assert np.all(SWING.velocity_per_hz[backward.index[1:]] < 0)
 
 
-def test_distance_counts_from_the_reversal():
+def test_distance_starts_at_reversal():
     for stroke in strokes(SWING.angle_rad):
         assert stroke.distance_rad[0] == 0
         assert np.all(np.diff(stroke.distance_rad) >= 0)
@@ -38,7 +38,7 @@ def test_distance_counts_from_the_reversal():
 
 
 @given(st.floats(-0.01, 0.01), st.integers(0, 40))
-def test_what_depends_on_distance_alone_is_found_again(offset, late):
+def test_function_of_distance_is_recovered_on_shifted_swing(offset, late):
     def friction(angle):
         result = np.empty_like(angle)
         for stroke, sign in zip(strokes(angle), (1, -1), strict=True):

@@ -43,14 +43,14 @@ def broken(**changes):
     return RigParameters(sensors=replace(RIG.sensors, **sensors), **changes)
 
 
-def test_every_point_adds_up(outcome):
+def test_parts_of_each_point_add_up(outcome):
     for point in outcome.points:
         assert point.rig_nm == pytest.approx(point.raw_nm - point.torque.value)
         assert (point.torque.u, point.torque.dof) == pytest.approx(combine(point.components))
         assert point.raw_nm > point.torque.value
 
 
-def test_budget_says_what_is_common(outcome):
+def test_budget_marks_common_contributions(outcome):
     common = {part.name: part.common for part in outcome.points[-1].components}
     assert [name for name, is_common in common.items() if not is_common] == [
         "repeatability, loaded",
@@ -61,20 +61,19 @@ def test_budget_says_what_is_common(outcome):
     assert {"sensor gain", "sensor non-linearity", "support friction under load"} <= set(common)
 
 
-def test_sensor_gain_enters_by_the_difference(outcome):
+def test_sensor_gain_acts_on_difference(outcome):
     """0.3 % of about 0.726 N·m, rectangular."""
     gain = next(p for p in outcome.points[-1].components if p.name == "sensor gain")
     assert gain.u == pytest.approx(0.003 * 0.726 / np.sqrt(3), rel=0.03)
 
 
-def test_a_budget_undoes_the_drive_line_only_for_what_changes_it(monkeypatch):
-    """Counted in work, not in time: ten lines of two runs, four frequencies, and both scatters.
+def test_number_of_drive_line_inversions_is_limited(monkeypatch):
+    """Counts inversions: ten lines of two runs, four frequencies, and both scatters.
 
-    And four for each point by the check of the drive line under load: the line that it learned, and
-    that with another resonance, damping and delay; the inertia is not undone. And one by the check
-    of the inertia of both runs, for what a gain would do. And seven by the comparison of the runs:
-    three of either, of which one is undone again for the budget, and that without load for what its
-    gain does.
+    Four more per point by the check of the drive line under load: the identified line, and those
+    with another resonance, damping and delay; the inertia needs none. One more by the check of the
+    inertia of both runs, for the effect of a gain. Seven more by the comparison of the runs: three
+    of each, one of them again for the budget, and that without load for the effect of its gain.
     """
     calls = []
     plain = DriveLine.at_load
@@ -84,7 +83,7 @@ def test_a_budget_undoes_the_drive_line_only_for_what_changes_it(monkeypatch):
 
 
 @pytest.mark.thorough
-def test_the_drive_line_is_searched_for_twice_and_once_for_each_change(monkeypatch):
+def test_drive_line_is_searched_twice_and_once_per_variant(monkeypatch):
     """With a delay and without; with another swing, another filter, and half of the frequencies."""
     searched = []
     plain = identification._search
@@ -97,7 +96,7 @@ def test_the_drive_line_is_searched_for_twice_and_once_for_each_change(monkeypat
 
 
 def unmeasured(sweep, **stated):
-    """Return a sweep of a station that says nothing of its support, but for what is stated."""
+    """Return the sweep of a station that states nothing about its support except `stated`."""
     update = {"support_load_dependence": None, **stated}
     return replace(sweep, rig=sweep.rig.model_copy(update=update))
 
@@ -107,29 +106,29 @@ def support_line(point):
     return line
 
 
-def test_a_support_that_nobody_measured_grows_by_what_the_literature_has():
+def test_unmeasured_support_friction_grows_as_in_literature():
     """Between 0 and 2.5 % at 1000 N: a load raises friction, it does not lower it (GUM 4.3.7)."""
     sweep = sweep_of(RIG, FEW)
     unstated = unmeasured(sweep)
     for point, measured in zip(compensate(unstated).points, compensate(sweep).points, strict=True):
-        line, known_line = support_line(point), support_line(measured)
+        line, measured_line = support_line(point), support_line(measured)
         assert "assumed" in line.name
         assert line.value == pytest.approx(0.0125)
         assert line.input_u == pytest.approx(0.0125 / np.sqrt(3))
         lowered = measured.torque.value - point.torque.value
         (slip,) = (part.u for part in point.components if part.name == SLIP)
-        most = -0.0125 * known_line.sensitivity  # where the way of the slip does not grow
-        assert most - 1e-3 - 2 * slip * np.sqrt(3) < lowered < most
+        limit = -0.0125 * measured_line.sensitivity  # where the slip does not grow
+        assert limit - 1e-3 - 2 * slip * np.sqrt(3) < lowered < limit
 
 
 def line_of(point, name):
-    """Return the one line of the budget whose name begins so, or None."""
+    """Return the one line of the budget whose name begins with `name`, or None."""
     lines = [part for part in point.components if part.name.startswith(name)]
     assert len(lines) <= 1
     return lines[0] if lines else None
 
 
-def test_nothing_tells_what_the_support_s_temperature_did_between_two_runs():
+def test_unmeasured_support_drift_is_triangular():
     """2 % a kelvin and two runs within +/- 2 K each: a triangle of +/- 8 % (JCGM 101, 6.4.5)."""
     sweep = replace(unmeasured(sweep_of(RIG, FEW)), apart=True)
     for point in compensate(sweep).points:
@@ -155,19 +154,19 @@ MEASURED = SupportUnderLoad.model_validate(
         ({"support_under_load": MEASURED}, None),
     ],
 )
-def test_a_station_may_state_what_its_support_does_between_the_runs(stated, u):
+def test_station_may_state_support_drift(stated, u):
     sweep = replace(unmeasured(sweep_of(RIG, FEW), **stated), apart=True)
     drift = line_of(compensate(sweep).points[0], DRIFT_LINE)
     assert (drift is None) == (u is None)
     assert u is None or drift.input_u == pytest.approx(u)
 
 
-def test_what_no_time_passes_between_has_no_drift():
+def test_runs_of_one_setup_have_no_drift():
     assert line_of(compensate(unmeasured(sweep_of(RIG, FEW))).points[0], DRIFT_LINE) is None
 
 
 @pytest.mark.parametrize("drift", first(1, [0.05, -0.05]))
-def test_a_support_that_became_warmer_or_colder_is_within_u(drift):
+def test_warmer_or_colder_support_is_within_uncertainty(drift):
     """Dry friction of 0.76 N·m that changed by 5 % moves the torque by some 30 mN·m."""
     warmer = replace(RIG, support_friction_nm=RIG.support_friction_nm * (1 + drift))
     sweep = replace(sweep_of(RIG, FEW), loaded=prepared(warmer, 1000.0, FEW), apart=True)
@@ -180,8 +179,8 @@ def test_a_support_that_became_warmer_or_colder_is_within_u(drift):
 
 
 @pytest.mark.thorough
-def test_a_torque_where_the_support_s_friction_is_not_built_up_may_be_the_support_s():
-    """One that builds up over half its way under load: the torque is 0.3 N·m too great."""
+def test_changed_build_up_of_support_friction_is_flagged():
+    """Friction that builds up over half the travel under load: the torque is 0.3 N·m too great."""
     stiffer = replace(RIG, support_slip_rad=RIG.support_slip_rad / 2)
     wide = replace(RIG, support_slip_rad=2 * RIG.support_slip_rad)
     sweep = sweep_of(wide, FEW)
@@ -195,7 +194,7 @@ def test_a_torque_where_the_support_s_friction_is_not_built_up_may_be_the_suppor
     assert check_of(compensate(unmeasured(sweep_of(RIG, FEW))), name).ok
 
 
-def test_beyond_1000_n_the_assumption_is_in_proportion_to_the_load():
+def test_assumed_growth_is_proportional_to_load_above_1000_n():
     sweep = unmeasured(sweep_of(RIG, FEW))
     heavy, light = (
         replace(sweep, loaded=tuple(replace(point, load_n=load_n) for point in sweep.loaded))
@@ -205,7 +204,7 @@ def test_beyond_1000_n_the_assumption_is_in_proportion_to_the_load():
     assert support_line(compensate(light).points[0]).value == pytest.approx(0.0125)
 
 
-def test_what_was_measured_holds_at_another_load_in_proportion():
+def test_measured_growth_scales_with_load():
     sweep = sweep_of(RIG, FEW)
     measured = {
         "support_load_growth": 0.02,
@@ -220,12 +219,12 @@ def test_what_was_measured_holds_at_another_load_in_proportion():
     assert line.input_u == pytest.approx(0.002 / np.sqrt(3))
 
 
-def test_a_growth_without_a_limit_of_its_error_is_refused():
+def test_growth_without_limit_of_error_is_refused():
     with pytest.raises(ValueError, match="needs support_load_dependence"):
         TemplateInverseSettings.model_validate({"support_load_growth": "2 %"})
 
 
-def test_settings_carry_into_the_budget():
+def test_settings_set_uncertainty_of_support_friction():
     sweep = unmeasured(sweep_of(RIG, FEW))
     free = compensate(sweep, support_load_dependence="0 %")
     strict = compensate(sweep, support_load_dependence="5 %")
@@ -241,27 +240,27 @@ def test_settings_carry_into_the_budget():
     )
 
 
-def test_the_station_may_know_its_rig_better():
+def test_station_values_override_defaults():
     sweep = sweep_of(RIG, FEW)
-    known = sweep.rig.model_copy(update={"support_load_dependence": 0.03, "load_tolerance": 0.01})
+    rig = sweep.rig.model_copy(update={"support_load_dependence": 0.03, "load_tolerance": 0.01})
     names = ("support friction under load", "load")
     default, stated = (
         {part.name: part for part in compensate(variant).points[-1].components}
-        for variant in (sweep, replace(sweep, rig=known))
+        for variant in (sweep, replace(sweep, rig=rig))
     )
     for name, times in zip(names, (3, 2), strict=True):
         assert stated[name].u == pytest.approx(times * default[name].u, rel=0.02)
         assert stated[name].sensitivity == pytest.approx(default[name].sensitivity, rel=0.02)
 
 
-def test_a_wrong_scale_of_the_angle_moves_the_result_as_its_line_says():
+def test_angle_scale_error_matches_its_budget_line():
     sweep = sweep_of(RIG, FEW)
-    truly = replace(
+    scaled = replace(
         sweep,
         loaded=tuple(replace(point, angle_rad=1.005 * point.angle_rad) for point in sweep.loaded),
         no_load=tuple(replace(point, angle_rad=1.005 * point.angle_rad) for point in sweep.no_load),
     )
-    as_seen, as_is = (compensate(variant).points for variant in (sweep, truly))
+    as_seen, as_is = (compensate(variant).points for variant in (sweep, scaled))
     for seen, real in zip(as_seen, as_is, strict=True):
         line = next(part for part in seen.components if part.name == "angle scale")
         assert line.input_u == pytest.approx(0.005 / np.sqrt(3))
@@ -269,7 +268,7 @@ def test_a_wrong_scale_of_the_angle_moves_the_result_as_its_line_says():
         assert 0.005 * line.sensitivity == pytest.approx(moved, abs=3e-4)
 
 
-def test_a_common_offset_falls_out(outcome):
+def test_common_offset_cancels(outcome):
     offset = next(p for p in outcome.points[0].components if p.name == "sensor offset")
     assert (offset.input_u, offset.sensitivity, offset.u) == (
         pytest.approx(0.02 / np.sqrt(3)),
@@ -278,7 +277,7 @@ def test_a_common_offset_falls_out(outcome):
     )
 
 
-def test_one_figure_of_full_scale_is_taken_as_such():
+def test_accuracy_of_full_scale_is_one_rectangular_line():
     sweep = sweep_of(RIG, FEW)
     sensor = Instrument.model_validate(
         {
@@ -297,7 +296,7 @@ def test_one_figure_of_full_scale_is_taken_as_such():
     assert (part.u, part.distribution) == (pytest.approx(0.005 * 10 / np.sqrt(3)), "rectangular")
 
 
-def test_the_rig_is_one_line_of_its_covariance(outcome):
+def test_identified_rig_is_one_budget_line(outcome):
     model = outcome.points[-1].model
     learned = [item for item in model.inputs if item.budget_line == "resonance, damping, inertia"]
     assert [item.unit for item in learned] == ["Hz", "1", "kg·m²", "1", "s"]
@@ -310,13 +309,13 @@ def test_the_rig_is_one_line_of_its_covariance(outcome):
     assert line.dof == learned[0].dof
 
 
-def test_the_equation_of_a_point_is_its_result(outcome):
+def test_model_value_equals_torque(outcome):
     for point in outcome.points:
         assert point.model.value == point.torque.value
 
 
-def test_the_mean_takes_common_errors_with_their_sign(outcome):
-    """Not more than with all common parts alike at all points, and not less than averaged."""
+def test_mean_accounts_for_correlation_of_points(outcome):
+    """Its u is between that of independent points and that of fully correlated ones."""
     mean = compensated_mean(outcome.points).u
     points = outcome.points
     assert mean < np.mean([p.torque.u for p in points])
@@ -331,7 +330,7 @@ def test_parameters_have_units_and_uncertainty(outcome):
     assert outcome.parameters["inertia"].unit == "kg·m²"
 
 
-def test_trace_is_over_the_swing(outcome):
+def test_trace_covers_whole_swing(outcome):
     trace = outcome.points[-1].trace
     shapes = {a.shape for a in (trace.angle_rad, trace.raw_nm, trace.no_load_nm)}
     assert shapes == {trace.compensated_nm.shape}
@@ -343,7 +342,7 @@ def test_good_rig_passes_every_check(outcome):
     assert bad in ([], ["cycles"]), "10 cycles at 1 Hz, of which a gross error may take one"
 
 
-def test_another_mandrel_is_found_and_taken_out():
+def test_changed_inertia_is_found_and_removed():
     """1 % of the inertia is 50 mN·m at the reversal at 35 Hz, some 6 U; here at most U is left."""
     rig = broken(loaded_inertia_change=0.01)
     outcome = compensate(sweep_of(rig, FEW))
@@ -354,7 +353,7 @@ def test_another_mandrel_is_found_and_taken_out():
         assert abs(error) < expanded(point.torque)
 
 
-def test_torque_in_one_sense_shows_as_asymmetry():
+def test_one_sided_torque_fails_symmetry_check():
     outcome = compensate(sweep_of(broken(asymmetry_nm=0.08), FEW))
     assert not check_of(outcome, "symmetry of the strokes").ok
 
@@ -367,13 +366,13 @@ def test_slow_sampling_is_flagged():
     assert check.threshold == 25
 
 
-def test_swapped_runs_are_impossible():
+def test_swapped_runs_give_negative_torque():
     sweep = sweep_of(RIG, FEW)
     swapped = replace(sweep, loaded=sweep.no_load, no_load=sweep.loaded)
     outcome = compensate(swapped)
     check = check_of(outcome, "torque above zero")
     assert not check.ok
-    assert check.text.count("-0.6") == len(FEW), "gives energy back at every frequency"
+    assert check.text.count("-0.6") == len(FEW), "delivers energy at every frequency"
 
 
 @pytest.mark.parametrize(
@@ -391,12 +390,12 @@ def test_swapped_runs_are_impossible():
     ),
     ids=["Stribeck", "friction at no load", "little damping", "delay", "jitter", "wrong entry"],
 )
-def test_what_breaks_other_methods(rig):
+def test_faults_that_break_other_methods_are_compensated(rig):
     outcome = compensate(sweep_of(rig, FEW))
     assert np.abs(errors_nm(rig, outcome)).max() < 0.02
 
 
-def test_a_slow_filter_is_undone_if_the_register_has_it():
+def test_slow_filter_in_register_is_inverted():
     rig = broken(sensors={"low_pass_hz": 200.0})
     low_pass = INSTRUMENT.low_pass.model_copy(update={"corner": 200.0})
     slow = INSTRUMENT.model_copy(update={"low_pass": low_pass})
@@ -404,14 +403,14 @@ def test_a_slow_filter_is_undone_if_the_register_has_it():
     assert np.abs(errors_nm(rig, outcome)).max() < 0.02
 
 
-def test_frequencies_of_a_pair_may_differ_a_little():
+def test_paired_frequencies_may_differ_slightly():
     sweep = sweep_of(RIG, (1.0, 5.0, 10.0, 20.0, 30.0, 35.0))
     other_sweep = sweep_of(RIG, (1.0, 5.0, 10.1, 20.2, 30.3, 35.4))
     outcome = compensate(replace(sweep, no_load=other_sweep.no_load))
     assert np.abs(errors_nm(RIG, outcome)).max() < 0.02
 
 
-def test_refuses_a_register_without_low_pass():
+def test_refuses_register_without_low_pass():
     unknown = INSTRUMENT.model_copy(update={"low_pass": None})
     with pytest.raises(DataError) as caught:
         compensate(replace(sweep_of(RIG, FEW), instrument=unknown))
@@ -421,7 +420,7 @@ def test_refuses_a_register_without_low_pass():
 
 
 @pytest.mark.thorough  # as the kit's same_recordings_same_numbers
-def test_same_input_same_numbers():
+def test_same_input_gives_same_numbers():
     sweep = sweep_of(RIG, FEW)
     first, second = compensate(sweep), compensate(sweep)
     assert [p.torque for p in first.points] == [p.torque for p in second.points]

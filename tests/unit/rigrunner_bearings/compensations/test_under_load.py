@@ -1,4 +1,4 @@
-"""A measuring chain or a drive line that is another one in the loaded run: random rigs."""
+"""Random rigs whose measuring chain or drive line differs in the loaded run."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ FREQUENCIES = (1.0, 5.0, 10.0, 15.0, 20.0, 28.0, 35.0)
 
 
 def rigs(*, stribeck=False):
-    """Return two rigs of each model, of a population wide enough to be tuned to none."""
+    """Return two random rigs of each model, from a wide population."""
     rng = np.random.default_rng(5)
     drawn = []
     for model in (RigParameters, OdeParameters) * 2:
@@ -54,7 +54,7 @@ def rigs(*, stribeck=False):
 
 
 def changed_under_load(rig, **sensors):
-    """Return both runs of a rig, whose measuring chain is another one in the loaded run."""
+    """Return both runs of a rig whose measuring chain differs in the loaded run."""
     changed = replace(rig, sensors=replace(rig.sensors, **sensors))
     loaded = prepared(changed, 1000.0, FREQUENCIES, seed=1)
     no_load = prepared(rig, 0.0, FREQUENCIES, seed=1)
@@ -65,22 +65,22 @@ def check_of(compensation, name="drive line under load"):
     return next(check for check in compensation.checks if check.name == name)
 
 
-def learned(sweep):
+def identify_both(sweep):
     swing = make_swing(measured_ratio(sweep.no_load))
     rig = identify(sweep.no_load, swing, INSTRUMENT.low_pass)
     return rig, line_under_load(sweep.loaded, rig)
 
 
 @pytest.mark.parametrize("rig", first(1, rigs()))
-def test_a_delay_of_the_loaded_run_alone_is_found(rig):
-    _, line = learned(changed_under_load(rig, torque_delay_s=2e-4))
+def test_delay_of_loaded_run_is_found(rig):
+    _, line = identify_both(changed_under_load(rig, torque_delay_s=2e-4))
     assert line.line.delay_s == pytest.approx(2e-4, abs=4e-5)
     assert line.line.natural_hz == pytest.approx(rig.natural_hz, rel=0.03)
 
 
 @pytest.mark.parametrize("rig", first(1, rigs()))
-def test_a_delay_of_the_loaded_run_alone_is_told_or_within_the_uncertainty(rig):
-    """It looks like gains that scatter, and widens the uncertainty as these do."""
+def test_delay_of_loaded_run_is_flagged_or_within_uncertainty(rig):
+    """It looks like gain scatter and widens the uncertainty as that does."""
     compensation = compensate(changed_under_load(rig, torque_delay_s=2e-4))
     errors = errors_nm(rig, compensation)
     beyond = max(
@@ -90,19 +90,19 @@ def test_a_delay_of_the_loaded_run_alone_is_told_or_within_the_uncertainty(rig):
 
 
 @pytest.mark.parametrize("rig", first(1, rigs()[:2]))
-def test_another_filter_in_the_loaded_run_alone_is_told(rig):
+def test_changed_filter_of_loaded_run_is_flagged(rig):
     assert not check_of(compensate(changed_under_load(rig, low_pass_hz=400.0))).ok
 
 
 @pytest.mark.parametrize("rig", first(1, [rigs()[0], *rigs(stribeck=True), rigs()[1]]))
-def test_a_healthy_rig_passes_whatever_its_law_of_friction(rig):
+def test_healthy_rig_passes_with_any_friction_law(rig):
     compensation = compensate(sweep_of(rig, FREQUENCIES))
     assert check_of(compensation).ok
     assert check_of(compensation).value < 0.7
     assert check_of(compensation, "torque that follows the angle").value < 4
 
 
-def test_what_is_told_is_what_the_torque_is_wrong_by():
+def test_stated_effect_is_the_error_of_the_torque():
     rig = rigs()[0]
     sweep = changed_under_load(rig, low_pass_hz=400.0)
     compensation = compensate(sweep)
@@ -118,34 +118,34 @@ def test_what_is_told_is_what_the_torque_is_wrong_by():
     assert effects
 
 
-def test_too_few_frequencies_tell_nothing():
+def test_too_few_frequencies_are_not_checked():
     compensation = compensate(sweep_of(RigParameters(), (5.0, 10.0, 20.0, 35.0)))
     assert check_of(compensation).text.startswith("not checked: too few frequencies to tell")
 
 
-def test_slow_swings_show_no_drive_line():
+def test_slow_swings_do_not_show_drive_line():
     sweep = sweep_of(RigParameters(), (1.0, 2.0, 3.0, 4.0, 10.0, 20.0, 35.0))
-    assert learned(sweep)[1] is None
+    assert identify_both(sweep)[1] is None
 
 
-@pytest.mark.parametrize("doubt", [{"phase_u_rad": 0.01}, {"alignment_u_s": 3e-5}])
-def test_a_phase_in_doubt_shows_no_delay(doubt):
-    """An index pulse is known to half a sample, in each recording again: that is in U."""
+@pytest.mark.parametrize("uncertainty", [{"phase_u_rad": 0.01}, {"alignment_u_s": 3e-5}])
+def test_uncertain_phase_does_not_show_delay(uncertainty):
+    """The position of an index pulse is uncertain by half a sample: that is in U."""
     sweep = sweep_of(RigParameters(), FREQUENCIES)
-    doubtful = replace(sweep, loaded=tuple(replace(p, **doubt) for p in sweep.loaded))
-    assert learned(sweep)[1] is not None
-    assert learned(doubtful)[1] is None
+    uncertain = replace(sweep, loaded=tuple(replace(p, **uncertainty) for p in sweep.loaded))
+    assert identify_both(sweep)[1] is not None
+    assert identify_both(uncertain)[1] is None
 
 
-def test_a_torque_that_never_changes_shows_none():
+def test_constant_torque_does_not_show_drive_line():
     sweep = sweep_of(RigParameters(), FREQUENCIES)
     dead = tuple(replace(p, torque_nm=np.full_like(p.torque_nm, 3.0)) for p in sweep.loaded)
-    assert learned(replace(sweep, loaded=dead))[1] is None
+    assert identify_both(replace(sweep, loaded=dead))[1] is None
 
 
 @pytest.mark.parametrize("rig", first(1, rigs()[:2]))
 @pytest.mark.parametrize("spring_nm", [-0.1, 0.1])
-def test_a_spring_under_load_is_told(rig, spring_nm):
+def test_spring_under_load_is_flagged(rig, spring_nm):
     sweep = sweep_of(rig, FREQUENCIES)
     pulled = tuple(
         replace(p, torque_nm=p.torque_nm + spring_nm * p.angle_rad / p.angle_rad.max())
@@ -158,7 +158,7 @@ def test_a_spring_under_load_is_told(rig, spring_nm):
     assert np.mean(errors_nm(rig, compensation)) == pytest.approx(-spring_nm, rel=0.3)
 
 
-def test_a_spring_is_told_apart_from_friction_and_offset():
+def test_spring_is_distinguished_from_friction_and_offset():
     swing = make_swing(2 / 45)
     friction = np.sign(swing.velocity_per_hz)
     spring = swing.angle_rad / np.abs(swing.angle_rad).max()

@@ -1,4 +1,4 @@
-"""Compensations that are each broken in one way, one for each check of the kit."""
+"""Compensations that are broken in one way each, one for each check of the kit."""
 
 from __future__ import annotations
 
@@ -21,8 +21,8 @@ def peaks(sweep):
     return SHIPPED.make("compensation", "peak_same_frequency", {})(sweep)
 
 
-def moved(by):
-    """Return a method of which each torque is moved by `by(place, sweep)`."""
+def shifted(by):
+    """Return a method that shifts each torque by `by(place, sweep)`."""
 
     def method(sweep):
         compensation = peaks(sweep)
@@ -40,12 +40,12 @@ def moved(by):
     return method
 
 
-class Moody:
+class Unrepeatable:
     calls = 0
 
     def __call__(self, sweep):
         self.calls += 1
-        return moved(lambda *_: 1e-6 * self.calls)(sweep)
+        return shifted(lambda *_: 1e-6 * self.calls)(sweep)
 
 
 def parts_do_not_add_up(sweep):
@@ -55,20 +55,20 @@ def parts_do_not_add_up(sweep):
     )
 
 
-def u_of_its_own(sweep):
+def u_not_from_parts(sweep):
     compensation = peaks(sweep)
     points = [replace(p, torque=replace(p.torque, u=2 * p.torque.u)) for p in compensation.points]
     return replace(compensation, points=tuple(points))
 
 
-def knows_no_sensor(sweep):
+def ignores_sensor(sweep):
     fixed = Accuracy.model_validate({"gain": "0.3 %", "drift": "0.02 N·m"}).limits
     accuracy = sweep.instrument.accuracy.model_copy(update=fixed)
     instrument = sweep.instrument.model_copy(update={"accuracy_": accuracy})
     return peaks(replace(sweep, instrument=instrument))
 
 
-def knows_no_errors_of_the_transducer(sweep):
+def ignores_transducer_errors(sweep):
     limits = {
         name: limit for name, limit in sweep.instrument.accuracy_ if name in ("gain", "drift")
     }
@@ -80,7 +80,7 @@ def needs_no_reference(sweep):
     return peaks(sweep) if sweep.no_load else peaks(replace(sweep, no_load=sweep.loaded))
 
 
-def surer_without_angle(sweep):
+def more_certain_without_angle(sweep):
     compensation = peaks(sweep)
     if sweep.loaded[0].motion is not MotionSource.ENTERED:
         return compensation
@@ -88,7 +88,7 @@ def surer_without_angle(sweep):
     return replace(compensation, points=tuple(points))
 
 
-def takes_starts_for_swings(sweep):
+def treats_starts_as_swings(sweep):
     part = Component("all", 0.1, 10.0, "normal", common=True)
     point = CompensatedPoint(1.0, 1.0, 1.0, 0.0, Estimate(1.0, 0.1, 10.0), (part,))
     return peaks(sweep) if sweep.no_load else Compensation("torque", (point,))
@@ -98,25 +98,25 @@ COMPENSATIONS = {
     "can_be_made": {"method": None},
     "measurand_stated": {"yields": None},
     "points_are_whole": {"method": parts_do_not_add_up},
-    "uncertainty_is_made_of_its_parts": {"method": u_of_its_own},
-    "sensor_is_in_the_budget": {"method": knows_no_sensor},
-    "transducer_errors_are_in_the_budget": {"method": knows_no_errors_of_the_transducer},
-    "same_recordings_same_numbers": {"method": Moody()},
-    "truth_is_within_its_interval": {"method": moved(lambda *_: 1.0)},
-    "truth_is_within_it_on_another_rig": {"method": moved(lambda *_: 1.0)},
+    "uncertainty_is_made_of_its_parts": {"method": u_not_from_parts},
+    "sensor_is_in_the_budget": {"method": ignores_sensor},
+    "transducer_errors_are_in_the_budget": {"method": ignores_transducer_errors},
+    "same_recordings_same_numbers": {"method": Unrepeatable()},
+    "truth_is_within_its_interval": {"method": shifted(lambda *_: 1.0)},
+    "truth_is_within_it_on_another_rig": {"method": shifted(lambda *_: 1.0)},
     "time_shift_does_not_matter": {
-        "method": moved(lambda _, s: sum(each.cycles for each in s.loaded))
+        "method": shifted(lambda _, s: sum(point.cycles for point in s.loaded))
     },
     "sample_rate_does_not_matter": {
-        "method": moved(lambda i, s: 1e-4 * s.loaded[i].sample_rate_hz)
+        "method": shifted(lambda i, s: 1e-4 * s.loaded[i].sample_rate_hz)
     },
-    "common_offset_falls_out": {"method": moved(lambda i, s: 0.5 * s.no_load[i].peak_nm.mean())},
-    "order_of_recordings_does_not_matter": {"method": moved(lambda place, _: 0.1 * place)},
+    "common_offset_falls_out": {"method": shifted(lambda i, s: 0.5 * s.no_load[i].peak_nm.mean())},
+    "order_of_recordings_does_not_matter": {"method": shifted(lambda place, _: 0.1 * place)},
     "without_no_load_run_it_refuses": {"method": needs_no_reference},
-    "without_angle_it_refuses_or_doubts": {"method": surer_without_angle},
-    "other_motion_is_refused": {"method": takes_starts_for_swings},
+    "without_angle_it_refuses_or_doubts": {"method": more_certain_without_angle},
+    "other_motion_is_refused": {"method": treats_starts_as_swings},
 }
-"""By check: the method that fails it, or what is changed of its record."""
+"""By check: the method that fails it, or the changed fields of its record."""
 
 
 def compensation_registry(method=peaks, yields=STARTING):

@@ -1,4 +1,4 @@
-"""The closed-form rig against integrals and definitions worked out here."""
+"""The closed-form rig against integrals and definitions computed here."""
 
 from dataclasses import replace
 
@@ -25,7 +25,7 @@ PHASE = 2 * np.pi * np.arange(N) / N
 RIGID = RigParameters(natural_hz=1e7)
 
 
-def test_the_drive_line_solves_the_equation_of_motion():
+def test_drive_line_solves_equation_of_motion():
     """J u'' + c u' + k u = M for the twist u gives the shaft's torque c u' + k u."""
     natural, damping, frequency, cycles = 400.0, 0.05, 10.0, 20
     omega = 2 * np.pi * natural
@@ -37,7 +37,7 @@ def test_the_drive_line_solves_the_equation_of_motion():
     assert np.abs(shaft - settled[-len(torque) :]).max() < 2e-3
 
 
-def test_travel_starts_anew_at_each_reversal():
+def test_travel_restarts_at_each_reversal():
     motion = swing(PHASE, 5.0, RATIO)
     assert motion.travel_rad.min() == pytest.approx(0, abs=1e-8)
     assert motion.travel_rad.max() == pytest.approx(2 * np.arcsin(RATIO), rel=1e-6)
@@ -46,8 +46,8 @@ def test_travel_starts_anew_at_each_reversal():
     assert set(motion.sense) == {-1.0, 1.0}
 
 
-def test_friction_of_the_stroke_before_is_no_starting_torque():
-    """A bearing that slips far: at the reversal it still holds with what it slid with before."""
+def test_friction_of_previous_stroke_is_not_starting_torque():
+    """A bearing with a long slip: friction of the previous stroke still acts at the reversal."""
     rig = RigParameters(kinetic_torque_nm=0.9, bearing_slip_rad=0.4 * DEG, stribeck=True)
     rig = replace(rig, starting_torque_nm=0.9)
     truth = steady_state(rig, 1000.0, 10.0).truth["starting_torque_nm"]
@@ -61,7 +61,7 @@ def test_friction_of_the_stroke_before_is_no_starting_torque():
     slip=st.floats(0.02, 0.15),
     weakening=st.floats(0.2, 2.0),
 )
-def test_the_bearing_peaks_at_its_starting_torque_within_a_degree(kinetic, excess, slip, weakening):
+def test_bearing_peaks_at_starting_torque_within_one_degree(kinetic, excess, slip, weakening):
     rig = RigParameters(
         starting_torque_nm=kinetic + excess,
         kinetic_torque_nm=kinetic,
@@ -73,13 +73,13 @@ def test_the_bearing_peaks_at_its_starting_torque_within_a_degree(kinetic, exces
 
 
 @pytest.mark.parametrize("frequency", [1.0, 35.0])
-def test_bearing_torque_is_proportional_to_load_and_free_of_speed(frequency):
+def test_bearing_torque_is_proportional_to_load_at_any_speed(frequency):
     for load in (500.0, 2000.0):
         truth = steady_state(RigParameters(), load, frequency).truth
         assert truth["starting_torque_nm"] == pytest.approx(0.7262 * load / 1000, abs=1e-5)
 
 
-def test_the_work_per_cycle_is_that_of_the_friction_law():
+def test_work_per_cycle_follows_friction_law():
     """Slip weakening and Dahl's rise integrate in closed form over each stroke."""
     rig = replace(RIGID, support_damping_nms=0.0)
     state = steady_state(rig, 1000.0, 2.0)
@@ -94,26 +94,26 @@ def test_the_work_per_cycle_is_that_of_the_friction_law():
     assert work == pytest.approx(2 * (0.7597 * rise + bearing), rel=1e-5)
 
 
-def test_inertia_is_what_remains_without_friction():
+def test_only_inertia_remains_without_friction():
     rig = replace(RIGID, support_friction_nm=0.0, support_damping_nms=0.0)
     torque = steady_state(rig, 0.0, 35.0).torque_nm
     assert torque.max() == pytest.approx(0.002324 * 2170.586, rel=1e-5)
 
 
-def test_under_a_stribeck_law_the_truth_falls_with_frequency():
+def test_stribeck_starting_torque_falls_with_frequency():
     rig = RigParameters(stribeck=True)
     slow, fast = (steady_state(rig, 1000.0, f).truth["starting_torque_nm"] for f in (1.0, 35.0))
     assert slow > fast + 0.02
     assert 0.64 * (1 - 2 * np.exp(-10)) - 1e-6 <= fast < slow <= 0.7262
 
 
-def test_friction_without_load_is_no_part_of_what_load_induces():
+def test_zero_load_friction_is_not_load_induced():
     truth = steady_state(RigParameters(zero_load_torque_nm=0.1), 1000.0, 10.0).truth
     assert truth["starting_torque_nm"] == pytest.approx(0.7262, abs=1e-5)
     assert truth["bearing_torque_nm"] == pytest.approx(0.8262, abs=1e-5)
 
 
-def test_another_inertia_under_load_moves_the_resonance_with_it():
+def test_inertia_change_under_load_moves_resonance():
     truth = steady_state(RigParameters(loaded_inertia_change=0.21), 1000.0, 10.0).truth
     assert truth["inertia_kgm2"] == pytest.approx(1.21 * 0.002324)
     assert truth["natural_frequency_hz"] == pytest.approx(400 / 1.1)

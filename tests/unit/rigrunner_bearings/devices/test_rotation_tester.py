@@ -23,7 +23,7 @@ RPM_HZ = 1 / 60
 
 
 class Bench:
-    """The device with a clock that only moves when told to, or while streaming."""
+    """The device with a clock that advances only by sleep() and while streaming."""
 
     def __init__(self, bearing=None, sensors=None, **settings):
         self.clock = SimulatedClock()
@@ -45,7 +45,7 @@ class Bench:
         return self.device.truth()["breakaway_torque_nm"]
 
 
-def test_a_start_is_rest_then_a_peak_then_even_rotation():
+def test_start_is_rest_then_peak_then_steady_rotation():
     bench = Bench(EXACT, QUIET, fixture_friction="0 N·m", inertia="0 kg·m²")
     angle, torque = bench.start(10.0)
     travel = np.degrees(angle - angle[0])
@@ -58,14 +58,14 @@ def test_a_start_is_rest_then_a_peak_then_even_rotation():
 
 
 @pytest.mark.parametrize("rest_s", [10.0, 100.0, 1000.0])
-def test_the_breakaway_torque_grows_with_the_logarithm_of_the_rest(rest_s):
+def test_breakaway_torque_grows_with_logarithm_of_rest(rest_s):
     bench = Bench(EXACT, QUIET)
     list(bench.start(rest_s))
     expected = 0.30 + 0.015 * log10(rest_s + 0.25)
     assert bench.truth_nm() == pytest.approx(expected, rel=1e-12)
 
 
-def test_rest_counts_from_the_last_motion():
+def test_rest_counts_from_last_motion():
     bench = Bench(EXACT, QUIET)
     for rest_s in (100.0, 5.0):
         list(bench.start(rest_s))
@@ -77,7 +77,7 @@ def test_rest_counts_from_the_last_motion():
     assert bench.device.truth()["rest_s"] == pytest.approx(7.25)
 
 
-def test_running_in_takes_the_excess_of_a_new_bearing_away():
+def test_running_in_removes_excess_of_new_bearing():
     bench = Bench({"scatter": "0 %", "ageing": "0 N·m"}, QUIET)
     list(bench.start(1.0))
     assert bench.truth_nm() == pytest.approx(0.30 * 1.3)
@@ -98,7 +98,7 @@ def test_starts_scatter_and_repeat_with_the_seed():
     assert np.std(truths[0]) / np.mean(truths[0]) == pytest.approx(0.03, rel=0.35)
 
 
-def test_only_a_set_start_starts_and_only_from_rest():
+def test_start_needs_set_frequency_and_rest():
     bench = Bench(EXACT, QUIET)
     _, torque = bench.stream(0.5)
     assert (torque == 0).all()
@@ -114,7 +114,7 @@ def test_only_a_set_start_starts_and_only_from_rest():
     assert (torque == 0).all()
 
 
-def test_what_cannot_be_is_refused():
+def test_invalid_settings_and_unplugged_device_are_refused():
     with pytest.raises(PluginError, match="breakaway_torque must be above kinetic_torque"):
         Bench({"breakaway_torque": "0.1 N·m"})
     with pytest.raises(DeviceNotFoundError, match="no rotation_tester_sim answered"):

@@ -39,26 +39,26 @@ def _component(torque, frequency_hz):
     return 2 * np.mean(torque * np.exp(-2j * np.pi * frequency_hz * time))
 
 
-def test_angle_and_torque_belong_to_the_same_crank_phase():
+def test_angle_and_torque_share_crank_phase():
     angle, torque = _sample(_rig())
     assert angle.max() == pytest.approx(np.arcsin(RATIO), rel=1e-4)
     turn = _component(angle, 10.0) / abs(_component(angle, 10.0)) * 1j
     assert _component(torque, 200.0) == pytest.approx(10 * turn**HARMONIC, abs=0.02)
 
 
-def test_the_recording_starts_at_another_phase_each_time():
+def test_recordings_start_at_random_phase():
     starts = [_sample(_rig(), samples=1, seed=seed)[0][0] for seed in range(20)]
     assert np.std(starts) > 0.3 * RATIO
 
 
-def test_the_low_pass_is_a_second_order_butterworth():
+def test_low_pass_is_second_order_butterworth():
     _, torque = _sample(_rig(low_pass_hz=200.0))
     assert abs(_component(torque, 200.0)) == pytest.approx(10 / np.sqrt(2), rel=1e-3)
     _, far = _sample(_rig(low_pass_hz=50.0))
     assert abs(_component(far, 200.0)) == pytest.approx(10 / np.sqrt(1 + 4**4), rel=1e-3)
 
 
-def test_what_is_remembered_of_one_frequency_or_filter_is_no_other_s():
+def test_cache_distinguishes_frequencies_and_filters():
     cycle = SteadyState(np.cos(HARMONIC * PHASE))
 
     def size(frequency_hz, low_pass_hz):
@@ -70,19 +70,19 @@ def test_what_is_remembered_of_one_frequency_or_filter_is_no_other_s():
     assert [size(*case) for case in 2 * cases] == pytest.approx(2 * expected, rel=1e-3)
 
 
-def test_a_delay_shifts_the_torque_against_the_angle():
+def test_delay_shifts_torque_against_angle():
     prompt_angle, prompt = _sample(_rig())
     late_angle, late = _sample(_rig(torque_delay_s=1e-3))
     assert np.array_equal(prompt_angle, late_angle)
     assert np.allclose(late[10:], prompt[:-10], atol=1e-3)
 
 
-def test_a_wrong_frequency_shows_in_the_angle():
+def test_frequency_error_shows_in_angle():
     angle, _ = _sample(_rig(frequency_error=0.05), samples=20_000)
     assert np.argmax(np.abs(np.fft.rfft(angle))) == 21  # cycles in 2 s
 
 
-def test_speed_jitter_varies_each_turn_and_the_torque_with_it():
+def test_speed_jitter_varies_period_and_torque_of_each_turn():
     jitter = 0.01
     angle, torque = _sample(_rig(speed_jitter=jitter), samples=400_000)
     marks = np.flatnonzero((angle[:-1] < 0) & (angle[1:] >= 0))
@@ -94,18 +94,18 @@ def test_speed_jitter_varies_each_turn_and_the_torque_with_it():
     assert np.std(heights) == pytest.approx(10 * jitter, rel=0.15)
 
 
-def test_without_jitter_every_turn_is_alike():
+def test_without_jitter_all_turns_are_equal():
     angle, _ = _sample(_rig(), samples=3000)
     assert np.allclose(angle[:1000], angle[1000:2000], atol=1e-12)
 
 
-def test_at_rest_there_is_neither_swing_nor_torque():
+def test_rig_at_rest_has_no_swing_and_no_torque():
     angle, torque = _sample(_rig(), frequency_hz=0.0)
     assert not angle.any()
     assert not torque.any()
 
 
-def test_noise_depends_on_seed_setpoints_and_repetition():
+def test_noise_depends_on_seed_set_points_and_repetition():
     def first(*arguments):
         return noise_source(*arguments).standard_normal()
 

@@ -47,7 +47,7 @@ def record(device, frequency=20.0, load=1000.0, seconds=0.5, channel="torque", *
     return np.concatenate([block.channels[channel] for block in blocks])
 
 
-def test_the_defaults_are_those_of_the_parameters():
+def test_default_settings_equal_default_parameters():
     assert SwingTesterSimSettings().parameters() == RigParameters()
     assert SwingTesterOdeSettings().parameters() == OdeParameters()
 
@@ -65,21 +65,21 @@ def test_the_defaults_are_those_of_the_parameters():
         {"sensors": {"nois": "0.02 N·m"}},
     ],
 )
-def test_settings_that_make_no_sense_are_refused(model, wrong):
+def test_invalid_settings_are_refused(model, wrong):
     with pytest.raises(ValidationError):
         MODELS[model][0].model_validate(wrong)
 
 
-def test_an_unplugged_device_is_not_found(model):
+def test_unplugged_device_is_not_found(model):
     with pytest.raises(DeviceNotFoundError, match=r"no swing_tester_\w+ answered within 1 s"):
         connect(model, simulate="unplugged")
 
 
-def test_the_same_rig_records_the_same_again(model):
+def test_same_seed_records_same_samples(model):
     assert np.array_equal(record(connect(model)), record(connect(model)))
 
 
-def test_another_seed_is_another_rig(model):
+def test_another_seed_gives_another_rig(model):
     first, second = connect(model), connect(model, seed=4)
     assert not np.array_equal(record(first), record(second))
     at_rest = [record(device, 0.0, 0.0, 2.0).mean() for device in (first, second)]
@@ -87,7 +87,7 @@ def test_another_seed_is_another_rig(model):
     assert max(map(abs, at_rest)) < 0.02 + 0.001
 
 
-def test_noise_and_phase_do_not_depend_on_what_was_recorded_before():
+def test_noise_does_not_depend_on_earlier_recordings():
     steady = {"sensors": {"drift": "0 N·m"}}
     alone, after = connect(**steady), connect(**steady)
     record(after, 35.0)
@@ -97,7 +97,7 @@ def test_noise_and_phase_do_not_depend_on_what_was_recorded_before():
     assert np.array_equal(record(alone), record(after))
 
 
-def test_a_repeated_recording_has_noise_of_its_own():
+def test_repeated_recording_has_new_noise():
     device = connect()
     first, second = record(device), record(device)
     assert not np.array_equal(first, second)
@@ -109,14 +109,14 @@ CHANNELS = ["torque", "angle", "velocity", "index", "load", "temperature", "humi
 
 
 @pytest.mark.parametrize("channel", CHANNELS)
-def test_a_channel_is_what_it_is_whatever_is_recorded_beside_it(channel):
+def test_channel_does_not_depend_on_other_recorded_channels(channel):
     beside = [name for name in CHANNELS if name != channel]
     alone = record(connect(), channel=channel)
     assert np.ptp(alone) > 0
     np.testing.assert_array_equal(alone, record(connect(), channel=channel, beside=beside))
 
 
-def test_a_run_that_is_resumed_has_the_noise_of_one_that_was_not():
+def test_resumed_run_has_noise_of_uninterrupted_run():
     uninterrupted, resumed = (
         connect(sensors={"drift": "0 N·m"}),
         connect(sensors={"drift": "0 N·m"}),
@@ -127,7 +127,7 @@ def test_a_run_that_is_resumed_has_the_noise_of_one_that_was_not():
     assert np.array_equal(record(uninterrupted), record(resumed))
 
 
-def test_the_zero_drifts_over_the_time_of_the_setup():
+def test_zero_drifts_over_time_of_setup():
     device = connect(sensors={"noise": "0 N·m", "spike_probability": "0 %", "drift": "1 N·m"})
     shown = []
     for _ in range(3):
@@ -139,7 +139,7 @@ def test_the_zero_drifts_over_the_time_of_the_setup():
     assert record(device, 0.0, 0.0, 0.1).mean() == pytest.approx(shown[0], abs=2e-3)
 
 
-def test_at_rest_the_torque_is_offset_drift_and_noise(model):
+def test_torque_at_rest_is_offset_drift_and_noise(model):
     device = connect(model)
     torque = record(device, 0.0, 0.0, 1.0)
     assert abs(torque.mean()) < 0.045
@@ -147,7 +147,7 @@ def test_at_rest_the_torque_is_offset_drift_and_noise(model):
     assert device.truth() == {}
 
 
-def test_it_knows_the_truth_of_its_last_stream(model):
+def test_device_knows_truth_of_last_stream(model):
     device = connect(model, frequency_error="10 %")
     assert isinstance(device, KnowsTruth)
     record(device, 20.0, 500.0)
@@ -157,14 +157,14 @@ def test_it_knows_the_truth_of_its_last_stream(model):
     assert {"inertia_kgm2", "natural_frequency_hz", "damping_ratio"} <= set(truth)
 
 
-def test_the_truth_is_no_channel(model):
+def test_truth_is_not_a_channel(model):
     device = connect(model)
     assert {info.name for info in device.channels} == {
         "angle", "torque", "velocity", "index", "load", "temperature", "humidity",
     }  # fmt: skip
 
 
-def test_conditions_can_be_read_while_the_rig_swings():
+def test_conditions_can_be_read_while_rig_swings():
     device = connect()
     device.set("load", 1000.0)
     device.set("frequency", 10.0)
@@ -174,13 +174,13 @@ def test_conditions_can_be_read_while_the_rig_swings():
     assert 0 < values["humidity"] < 1
 
 
-def test_full_load_clips_a_narrow_range():
+def test_full_load_clips_narrow_range():
     torque = record(connect(sensors={"range": "4 N·m"}), 35.0)
     assert torque.min() == -4.0
     assert (torque == torque.max()).sum() > 3
 
 
-COMMON_BREAKS = [
+COMMON_FAULTS = [
     {"sensors": {"torque_delay": "1 ms"}},
     {"sensors": {"encoder_noise": "0.003 deg"}},
     {"sensors": {"encoder_resolution": "0.02 deg"}},
@@ -196,7 +196,7 @@ COMMON_BREAKS = [
     {"frequency_error": "5 %"},
     {"eccentric": "2.1 mm"},
 ]
-SIM_BREAKS = [
+SIM_FAULTS = [
     {"drive_line": {"inertia_change_under_load": "1 %"}},
     {"drive_line": {"natural_frequency": "300 Hz"}},
     {"drive_line": {"damping_ratio": "10 %"}},
@@ -209,11 +209,11 @@ SIM_BREAKS = [
 
 @pytest.mark.parametrize(
     ("model", "fault"),
-    [(model, fault) for model in MODELS for fault in COMMON_BREAKS]
-    + [("sim", fault) for fault in SIM_BREAKS],
+    [(model, fault) for model in MODELS for fault in COMMON_FAULTS]
+    + [("sim", fault) for fault in SIM_FAULTS],
     ids=str,
 )
-def test_every_way_to_break_a_method_changes_what_is_recorded(model, fault):
+def test_every_fault_changes_the_recording(model, fault):
     healthy, broken = connect(model), connect(model, **fault)
     same = all(
         np.array_equal(record(healthy, channel=name), record(broken, channel=name))
@@ -235,7 +235,7 @@ def test_faults_under_load_do_not_show_without_load(fault):
     assert np.array_equal(record(connect(), load=0.0), record(connect(**fault), load=0.0))
 
 
-def test_sizes_of_faults_are_those_asked_for():
+def test_fault_sizes_are_as_set():
     def mean(**settings):
         return record(connect(sensors=PERFECT, **settings), 20.0, 1000.0, 1.0)
 

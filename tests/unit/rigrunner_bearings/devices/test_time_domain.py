@@ -23,7 +23,7 @@ FREE = OdeParameters(
 )
 
 
-def test_without_friction_it_is_the_resonance_of_base_excitation():
+def test_frictionless_rig_is_base_excited_resonance():
     """Torque = J alpha times (1 + 2 z q)/(1 + 2 z q + q^2) harmonic by harmonic."""
     torque = steady_state(FREE, 0.0, 30.0).torque_nm
     phase = 2 * np.pi * np.arange(len(torque)) / len(torque)
@@ -34,7 +34,7 @@ def test_without_friction_it_is_the_resonance_of_base_excitation():
     assert np.abs(torque - expected).max() < 1e-5
 
 
-def test_it_agrees_with_an_adaptive_solver():
+def test_rig_agrees_with_adaptive_solver():
     rig, frequency = OdeParameters(), 20.0
     parts = mechanism(rig, 1000.0)
 
@@ -45,15 +45,15 @@ def test_it_agrees_with_an_adaptive_solver():
         return parts.derivative(tuple(state), velocity, acceleration)
 
     torque = steady_state(rig, 1000.0, frequency).torque_nm
-    at = (5 + np.arange(0, len(torque), 64) / len(torque)) / frequency
+    times_s = (5 + np.arange(0, len(torque), 64) / len(torque)) / frequency
     solution = solve_ivp(
-        slope, (0, 6 / frequency), ode.IN_MID_STROKE, t_eval=at, method="DOP853",
+        slope, (0, 6 / frequency), ode.IN_MID_STROKE, t_eval=times_s, method="DOP853",
         rtol=1e-6, atol=1e-9, max_step=1e-3,
     )  # fmt: skip
     assert np.abs(parts.shaft_torque(solution.y[0], solution.y[1]) - torque[::64]).max() < 1e-3
 
 
-def test_the_shaft_carries_inertia_and_all_frictions():
+def test_shaft_torque_is_inertia_plus_all_frictions():
     """Newton: shaft torque = J d2(angle)/dt2 + supports + (stick - overshoot) of the bearing."""
     rig, hertz = OdeParameters(), 20.0
     states = ode.steady_cycle(mechanism(rig, 1000.0), rig.natural_hz, hertz, RATIO)
@@ -68,7 +68,7 @@ def test_the_shaft_carries_inertia_and_all_frictions():
     assert np.abs(shaft - 0.00264 * acceleration - friction).max() < 0.01
 
 
-def test_its_steps_are_fine_enough(monkeypatch):
+def test_step_size_is_fine_enough(monkeypatch):
     coarse = steady_state(OdeParameters(), 1000.0, 35.0)
     monkeypatch.setattr(ode, "FEWEST_STEPS", 8192)
     fine = _steady_state.__wrapped__(OdeParameters(), 1000.0, 35.0)
@@ -78,7 +78,7 @@ def test_its_steps_are_fine_enough(monkeypatch):
     )
 
 
-def test_each_element_turns_exponentially_over_its_slip():
+def test_friction_element_reverses_exponentially_over_its_slip():
     """Dahl 1968: after a reversal z = 1 - 2 exp(-travel/slip)."""
     rig = OdeParameters(natural_hz=2000.0, damping_ratio=0.3)
     states = ode.steady_cycle(mechanism(rig, 1000.0), rig.natural_hz, 5.0, RATIO)
@@ -91,7 +91,7 @@ def test_each_element_turns_exponentially_over_its_slip():
         assert np.abs(states[top:bottom, column] - expected).max() < 2e-3
 
 
-def test_a_bearing_that_weakens_with_speed_follows_stribeck():
+def test_speed_weakening_bearing_follows_stribeck():
     """In the middle of a stroke, far beyond its slip: T = Tk + (Ts - Tk) exp(-|v|/vs)."""
     rig = OdeParameters(
         stribeck=True, stribeck_speed_rad_s=2.0, natural_hz=2000.0, damping_ratio=0.3
@@ -103,19 +103,19 @@ def test_a_bearing_that_weakens_with_speed_follows_stribeck():
     assert parts.bearing_torque(states[0, 3], states[0, 4]) == pytest.approx(expected, rel=1e-3)
 
 
-def test_the_bearing_slides_at_its_kinetic_torque():
+def test_bearing_slides_at_kinetic_torque():
     parts = mechanism(OdeParameters(), 2000.0)
     assert parts.bearing_torque(np.array(1.0), np.array(1.0)) == pytest.approx(2 * 0.64)
 
 
-def test_truth_is_the_mean_of_both_directions_within_one_degree_of_the_reversals():
+def test_starting_torque_is_mean_of_both_directions_within_one_degree():
     angle = np.deg2rad(np.concatenate([np.linspace(-2, 2, 401), np.linspace(2, -2, 401)[1:-1]]))
     torque = np.where(np.arange(800) < 400, 0.3, -0.5)
     torque[250] = 9.0  # 2.5 deg after the reversal
     assert starting_torque_nm(angle, torque) == pytest.approx(0.4)
 
 
-def test_friction_of_the_stroke_before_is_no_starting_torque():
+def test_friction_of_previous_stroke_is_not_starting_torque():
     """With Stribeck's law it is greatest just before the reversal, at rest."""
     angle = np.deg2rad(np.concatenate([np.linspace(-2, 2, 401), np.linspace(2, -2, 401)[1:-1]]))
     torque = np.where(np.arange(800) < 400, 0.3, -0.5)
@@ -125,11 +125,11 @@ def test_friction_of_the_stroke_before_is_no_starting_torque():
     assert starting_torque_nm(angle, torque) == pytest.approx(0.4)
 
 
-def test_a_load_of_zero_induces_nothing():
+def test_zero_load_gives_zero_starting_torque():
     assert steady_state(OdeParameters(), 0.0, 10.0).truth["starting_torque_nm"] == 0.0
 
 
-def test_a_rig_that_never_settles_says_so(monkeypatch):
+def test_rig_that_does_not_settle_is_reported(monkeypatch):
     monkeypatch.setattr(ode, "MOST_CYCLES", 2)
     with pytest.raises(DeviceError, match="does not settle at 35 Hz"):
         _steady_state.__wrapped__(replace(OdeParameters(), damping_ratio=0.01), 0.0, 35.0)

@@ -27,7 +27,7 @@ def peaks(support, damping, inertia, frequencies=FREQUENCIES, ratio=RATIO):
 
 
 @pytest.mark.parametrize("true", [TRUE, (0.1, 0.05, 0.004), (1.0, 0.6, 0.001)])
-def test_it_finds_the_parameters_of_its_own_model(true):
+def test_fit_recovers_parameters_of_its_own_model(true):
     curve = FIT(Points(FREQUENCIES, peaks(*true)))
     assert curve.coefficients == pytest.approx(true, rel=1e-4)  # the brute force has steps
     assert curve.residual_s < 1e-6
@@ -35,7 +35,7 @@ def test_it_finds_the_parameters_of_its_own_model(true):
     assert curve.units == ("N·m", "N·m·s/rad", "kg·m²")
 
 
-def test_it_predicts_between_its_points():
+def test_fit_predicts_between_points():
     curve = FIT(Points(FREQUENCIES, peaks(*TRUE)))
     value, _ = curve.predict(np.array([12.5, 28.0]))
     assert value == pytest.approx(peaks(*TRUE, frequencies=[12.5, 28.0]), rel=1e-6)
@@ -70,7 +70,7 @@ def test_geometry_comes_from_the_settings():
     ],
     ids=["no damping", "negative damping", "negative inertia", "falling"],
 )
-def test_peaks_of_no_such_rig_are_refused(peaks_nm):
+def test_peaks_outside_model_are_refused(peaks_nm):
     with pytest.raises(DataError, match="physical fit"):
         FIT(Points(FREQUENCIES, peaks_nm))
 

@@ -16,7 +16,7 @@ from unit.rigrunner_reports.helpers_report import (
     torque_of,
 )
 
-TRIED = (
+CANDIDATES = (
     Candidate("T = c0 + c1·f + c2·f²", 3, -30.158, 0.050629, chosen=True),
     Candidate("T = c0 + c2·f²", 2, -19.683, 0.159397),
     Candidate("T = c0 + c8·f⁸", 9, float("nan"), float("nan"), problem="9 points are too few"),
@@ -26,7 +26,7 @@ TRIED = (
 @dataclass(frozen=True, eq=False)
 class ChosenCurve(PolynomialCurve):
     criterion: str = "AICc"
-    candidates: tuple[Candidate, ...] = TRIED
+    candidates: tuple[Candidate, ...] = CANDIDATES
 
 
 @pytest.fixture(scope="module")
@@ -39,7 +39,7 @@ def result():
     )
 
 
-def test_a_choice_is_shown_with_all_that_it_was_made_from(result):
+def test_chosen_fit_lists_its_candidates(result):
     chosen, fixed_form = fit_views(torque_of(result).fits)
     assert chosen.criterion == "AICc"
     assert chosen.candidates[:2] == (
@@ -49,13 +49,13 @@ def test_a_choice_is_shown_with_all_that_it_was_made_from(result):
     assert fixed_form.candidates == ()
 
 
-def test_the_report_has_a_table_of_the_candidates(result):
+def test_report_has_table_of_candidates(result):
     words = read_html(html(report_input(result))).words
     assert "the lowest AICc is the best" in words
     assert "T = c0 + c1·f + c2·f² 50.6 −30.2 chosen T = c0 + c2·f² 159 −19.7 T" in words  # noqa: RUF001  (a minus sign)
     assert "not fitted: 9 points are too few" in words
 
 
-def test_without_a_choice_there_is_no_such_table():
+def test_fixed_fit_has_no_table_of_candidates():
     words = read_html(html(report_input(no_load_result()))).words
     assert "lowest AICc" not in words

@@ -1,4 +1,4 @@
-"""A report of a long run: its size is bounded, and no extreme is lost."""
+"""Reports of long runs have a bounded size and keep all extremes."""
 
 from dataclasses import replace
 
@@ -36,7 +36,7 @@ some_values = arrays(
 
 
 @given(values=some_values, most=st.integers(2, 80))
-def test_no_extreme_is_lost(values, most):
+def test_thinning_keeps_extremes(values, most):
     shown = places_of_extremes(values, most=most)
     assert len(shown) <= most or len(shown) == len(values) <= most
     assert list(shown) == sorted(set(shown))
@@ -45,14 +45,14 @@ def test_no_extreme_is_lost(values, most):
 
 
 @given(values=some_values, most=st.integers(2, 80))
-def test_every_stretch_shows_its_own(values, most):
-    """Told the plain way: whatever equal part of the run one looks at, its extremes are there."""
+def test_each_part_keeps_its_extremes(values, most):
+    """Each of the equal parts of a run shows its own extremes."""
     shown = set(places_of_extremes(values, most=most))
     parts = most // 2 if len(values) > most else len(values)
     for part in range(parts):
         start, end = (int(len(values) * (part + more) / parts) for more in (0, 1))
-        there = [values[place] for place in range(start, end) if place in shown]
-        assert (min(there), max(there)) == (values[start:end].min(), values[start:end].max())
+        kept = [values[place] for place in range(start, end) if place in shown]
+        assert (min(kept), max(kept)) == (values[start:end].min(), values[start:end].max())
 
 
 def test_few_values_are_all_shown():
@@ -60,12 +60,12 @@ def test_few_values_are_all_shown():
     assert list(places_of_extremes(np.zeros(0), most=7)) == []
 
 
-def test_what_is_no_number_is_no_extreme():
+def test_nan_is_never_an_extreme():
     values = np.array([np.nan, 3.0, np.nan, 1.0, 2.0, np.nan])
     assert list(places_of_extremes(values, most=2)) == [1, 3]
 
 
-def test_each_of_several_series_keeps_its_extremes():
+def test_each_series_keeps_its_extremes():
     rising, spiked = np.arange(100.0), np.zeros(100)
     spiked[[37, 61]] = 5.0, -5.0
     shown = places_of_extremes(rising, spiked, most=4)
@@ -83,7 +83,7 @@ def many_set_points():
 
 
 @pytest.mark.thorough
-def test_the_size_is_bounded_whatever_the_number_of_swings(hours):
+def test_report_size_does_not_grow_with_number_of_swings(hours):
     twice = long_result(points=12, cycles=8000, rejected=600)
     sizes = [len(html(report_input(result))) for result in (hours, twice)]
     assert max(sizes) < MOST_BYTES
@@ -91,16 +91,16 @@ def test_the_size_is_bounded_whatever_the_number_of_swings(hours):
 
 
 @pytest.mark.thorough
-def test_the_size_is_bounded_with_hundreds_of_set_points(many_set_points):
+def test_report_size_is_bounded_for_hundreds_of_set_points(many_set_points):
     assert len(html(report_input(many_set_points))) < MOST_BYTES
 
 
-def test_one_far_peak_of_hours_is_drawn(hours):
+def test_single_high_peak_in_long_run_is_drawn(hours):
     point = torque_of(hours).loaded[3]
     peaks = point.peak_nm.copy()
     peaks[np.flatnonzero(point.peak_kept)[1234]] += 50.0
     heights = sorted(kept_marks((*torque_of(hours).loaded[:3], replace(point, peak_nm=peaks))))
-    assert heights[-1] > 40_000  # mN·m; all others lie far below
+    assert heights[-1] > 40_000  # mN·m; all others are far below
     assert heights[-2] < 10_000
 
 
@@ -110,7 +110,7 @@ def kept_marks(points):
     return [p.y for series in panel.series if series.name == "peak kept" for p in series.points]
 
 
-def test_the_caption_says_so_only_where_something_is_left_out(hours):
+def test_caption_mentions_thinning_only_if_thinned(hours):
     few, many = (
         cycles.cycle_values([("x", torque_of(result).loaded)])
         for result in (loaded_result(), hours)
@@ -120,7 +120,7 @@ def test_the_caption_says_so_only_where_something_is_left_out(hours):
 
 
 @pytest.mark.thorough
-def test_of_many_set_points_pictures_draw_some_and_say_so(many_set_points):
+def test_figures_of_many_set_points_mention_thinning(many_set_points):
     page = torque_page(report_input(many_set_points))
     for plot in (page.figures.over_frequency, page.figures.fits):
         assert plot.caption.endswith(THINNED)
@@ -129,28 +129,28 @@ def test_of_many_set_points_pictures_draw_some_and_say_so(many_set_points):
     assert "peaks kept: 3600 of 4000" in page.figures.cycles.alt
 
 
-def test_the_clearest_rejections_are_listed_and_the_others_counted(hours):
+def test_clearest_rejections_are_listed_and_others_counted(hours):
     table = rejections(torque_of(hours))
-    every = [
+    ratios = [
         rejection.statistic / rejection.critical
         for run in (torque_of(hours).loaded, torque_of(hours).no_load)
         for point in run
         for rejection in (*point.peak_rejections, *point.waveform_rejections)
     ]
     assert len(table.rows) == MOST_ROWS
-    assert len(table.rows) + table.left_out == len(every)
+    assert len(table.rows) + table.left_out == len(ratios)
     listed = [float(row.statistic) / float(row.critical) for row in table.rows]
-    assert min(listed) >= sorted(every)[-MOST_ROWS] - 0.01
+    assert min(listed) >= sorted(ratios)[-MOST_ROWS] - 0.01
 
 
 @pytest.mark.thorough
-def test_the_page_says_how_many_it_leaves_out(hours):
+def test_page_states_number_of_omitted_rows(hours):
     text = html(report_input(hours, events=EVENTS)).decode()
     assert f"{rejections(torque_of(hours)).left_out} more were rejected" in text
     assert "200 more: 200 of kind &#39;alarm&#39;; run.log has all" in text
 
 
-def test_a_rule_without_a_critical_value_is_no_error():
+def test_rejection_without_critical_value_is_shown():
     result = loaded_result()
     point = next(point for point in torque_of(result).loaded if point.peak_rejections)
     rejection = replace(point.peak_rejections[0], critical=0.0)
@@ -159,7 +159,7 @@ def test_a_rule_without_a_critical_value_is_no_error():
 
 
 @pytest.mark.parametrize(("count", "shown"), [(3, 3), (300, 300), (301, 301), (500, 301)])
-def test_of_very_many_events_the_first_and_the_last_are_shown(count, shown):
+def test_first_and_last_of_many_events_are_shown(count, shown):
     events = EVENTS[:count]
     listed = shown_events(events)
     assert len(listed) == shown

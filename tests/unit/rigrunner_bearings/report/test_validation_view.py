@@ -39,11 +39,11 @@ def checked(half_nm=0.0087, *, stable=True, refused=0):
     )
 
 
-def test_none_without_a_validation():
+def test_no_view_without_validation():
     assert validation(torque_of(loaded_result())) is None
 
 
-def test_one_row_for_the_mean_and_each_set_point():
+def test_table_has_rows_for_mean_and_each_set_point():
     mean, point = validation(torque_of(loaded_result(validation=checked()))).rows
     assert (mean.of, point.of) == ("mean", "35 Hz")
     assert mean.u == ("4.8", "4.8", "4.8")
@@ -55,7 +55,7 @@ def test_one_row_for_the_mean_and_each_set_point():
     assert mean.agree == ("no", "yes")
 
 
-def test_the_statement_says_which_interval_to_use_and_on_which_side_it_errs():
+def test_statement_names_interval_to_use_and_side_of_error():
     trials, draws = checked().statements
     assert "does not agree" in trials
     assert "0.7 mN·m, and 0.5 mN·m is allowed" in trials
@@ -66,14 +66,14 @@ def test_the_statement_says_which_interval_to_use_and_on_which_side_it_errs():
     assert "too narrow on a side" in wider.statements[0]
 
 
-def test_what_did_not_go_well_is_said():
+def test_refused_draws_and_unsettled_trials_are_noted():
     notes = validation(torque_of(loaded_result(validation=checked(stable=False, refused=3)))).notes
     assert any("refused 3 draws" in note for note in notes)
     assert any("had not settled" in note for note in notes)
     assert len(validation(torque_of(loaded_result(validation=checked()))).notes) == 3
 
 
-def test_the_report_has_it_under_uncertainty():
+def test_validation_is_in_uncertainty_section():
     page = html(report_input(loaded_result(validation=checked()))).decode()
     section = page[page.index('id="uncertainty"') :]
     section = section[: section.index("</section>")]

@@ -1,4 +1,4 @@
-# ruff: noqa: RUF001  (typographic signs are what is looked for)
+# ruff: noqa: RUF001  (the tests look for typographic signs)
 from __future__ import annotations
 
 from dataclasses import replace
@@ -44,7 +44,7 @@ def milli(errors):
     return [f"{'−' if error < 0 else '+'}{abs(1000 * error):.1f}" for error in errors]
 
 
-def test_the_table_has_each_methods_error_against_the_truth(result, points):
+def test_table_has_error_of_each_method_against_truth(result, points):
     table = frequency_table(torque_of(result), points)
     columns = {
         name: [row.cells[i].error for row in table.rows] for i, name in enumerate(table.methods)
@@ -54,25 +54,25 @@ def test_the_table_has_each_methods_error_against_the_truth(result, points):
     assert columns["energy"] == [""] * 12
 
 
-def test_raw_peak_and_rigs_part_have_no_more_digits_than_the_result(result, points):
+def test_raw_peak_and_rig_part_have_digits_of_result(result, points):
     row = frequency_table(torque_of(result), points).rows[0]
     raw = torque_of(result).loaded[0].peak_nm.mean()
     assert row.raw == f"{raw:.3f}"
     assert row.rig == f"{raw - TRUTH_NM - TEMPLATE_ERRORS[0]:.3f}"
 
 
-def test_a_column_has_the_decimals_that_all_its_rows_bear(result):
+def test_column_has_decimals_of_its_most_certain_row(result):
     name = "template_inverse"
     first, *others = torque_of(result).compensations[name].points
-    surer = replace(first, torque=replace(first.torque, u=0.001))
-    compensation = replace(torque_of(result).compensations[name], points=(surer, *others))
+    more_certain = replace(first, torque=replace(first.torque, u=0.001))
+    compensation = replace(torque_of(result).compensations[name], points=(more_certain, *others))
     rescaled = changed(result, compensations={name: compensation})
     rows = frequency_table(torque_of(rescaled), set_points(report_input(rescaled))).rows
     assert rows[0].cells[0].interval == "0.7232 ± 0.0020"
     assert {len(row.rig.split(".")[1]) for row in rows} == {3}
 
 
-def test_a_frequency_that_was_only_entered_is_not_shown_as_measured(result, points):
+def test_entered_frequency_is_not_shown_as_measured(result, points):
     entered = replace(points[0], point=replace(points[0].point, motion=MotionSource.ENTERED))
     first, second = frequency_table(torque_of(result), [entered, points[1]]).rows[:2]
     assert first.measured_hz == "\N{EM DASH}"
@@ -91,7 +91,7 @@ def test_rejected_cycles_are_counted_and_listed(result, points):
     assert table.cycles == 24 * 30
 
 
-def test_a_repeated_set_point_finds_its_own_result(result):
+def test_repeated_set_point_has_its_own_result(result):
     """Its frequency may be the same number, as that of one that was only entered."""
     twin = replace(torque_of(result).loaded[0], recording="again", load_n=500.0)
     name = "template_inverse"
@@ -107,20 +107,20 @@ def test_a_repeated_set_point_finds_its_own_result(result):
     assert second.by_method[name] is compensation.points[0]
 
 
-def test_a_truth_belongs_to_the_measurand_that_has_its_name():
+def test_truth_is_matched_by_name_of_measurand():
     truth = {"starting_torque_nm": 0.7, "inertia_kgm2": 0.002}
     assert true_torque(truth, "load-induced starting torque") == 0.7
     assert true_torque(truth, "running torque") is None
 
 
-def test_a_parameter_finds_its_truth_if_all_points_agree(points):
+def test_parameter_has_truth_if_all_points_agree(points):
     assert true_parameter(points, "inertia") == 0.002324
     assert true_parameter(points, "damping ratio") is None
     disagreeing = replace(points[0], truth={"inertia_kgm2": 0.003})
     assert true_parameter((disagreeing, *points[1:]), "inertia") is None
 
 
-def test_methods_are_judged_by_spread_error_and_coverage(result, points):
+def test_methods_show_spread_error_and_coverage(result, points):
     views = {view.name: view for view in methods(torque_of(result), points)}
     paper, template = views["paper_peak"], views["template_inverse"]
     assert next(iter(views)) == "template_inverse"
@@ -132,7 +132,7 @@ def test_methods_are_judged_by_spread_error_and_coverage(result, points):
     assert views["tacho_only"].not_applicable == "there is no tacho channel"
 
 
-def test_the_shares_of_the_budget_make_a_whole(result, points):
+def test_budget_shares_add_up_to_100_percent(result, points):
     shares = budget(torque_of(result), points)
     assert shares.columns[:3] == ("1 Hz", "18 Hz", "35 Hz")
     for column in range(3):
@@ -141,41 +141,41 @@ def test_the_shares_of_the_budget_make_a_whole(result, points):
     assert (drift.dof, drift.common, drift.parts[0].u) == ("∞", "all points", "5.8")
 
 
-def test_a_headline_says_over_what_it_is_the_mean(result, points):
+def test_headline_states_set_points_of_mean(result, points):
     detail = head.headline(result, points).detail
     assert "k = 1.96. Mean of 12 set-points, 1 Hz to 35 Hz, under 1000 N" in detail
 
 
-def test_a_load_that_was_not_kept_is_shown_as_a_range(result, points):
+def test_varying_load_is_shown_as_range(result, points):
     heavy = replace(points[0], point=replace(points[0].point, load_n=1100.0))
     assert "under 1000 N to 1100 N" in head.headline(result, (heavy, *points[1:])).detail
 
 
-def test_the_error_of_the_headline_is_that_of_its_mean(result, points):
+def test_headline_error_is_that_of_mean(result, points):
     assert head.truth(torque_of(result), points) == head.Truth(
         "0.7262 N·m", "+1.2 mN·m", covered=True
     )
     assert head.truth(torque_of(result), set_points(report_input(result, truth={}))) is None
 
 
-def test_a_partial_truth_gives_no_error_of_the_mean(result):
+def test_partial_truth_gives_no_error_of_mean(result):
     truth = report_input(result).truth
     partial = {name: truth_nm for name, truth_nm in truth.items() if name != "35 Hz"}
     assert head.truth(torque_of(result), set_points(report_input(result, truth=partial))) is None
 
 
-def test_a_no_load_run_shows_the_range_of_its_peaks():
+def test_no_load_run_shows_range_of_peaks():
     result = no_load_result()
-    shown = head.headline(result, set_points(report_input(result)))
+    headline = head.headline(result, set_points(report_input(result)))
     low, high = (
         point.peak_nm[point.peak_kept].mean()
         for point in (torque_of(result).loaded[0], torque_of(result).loaded[-1])
     )
-    assert shown.value == f"{low:.3f} to {high:.3f}"
+    assert headline.value == f"{low:.3f} to {high:.3f}"
     assert head.raw(torque_of(result)) is None
 
 
-def test_fits_have_coefficients_with_uncertainty_or_a_reason(result):
+def test_fits_show_coefficients_or_reason(result):
     good, bad = fit_views(torque_of(result).fits)
     curve = torque_of(result).fits[0].curve
     u = np.sqrt(curve.covariance[0, 0])
@@ -184,7 +184,7 @@ def test_fits_have_coefficients_with_uncertainty_or_a_reason(result):
     assert bad.problem == "two points are not enough here"
 
 
-def test_an_accuracy_in_one_figure_says_where_it_is_from(result):
+def test_accuracy_of_transducer_shows_its_origin(result):
     points = [{"applied": "5 N·m", "indicated": "5.04 N·m", "U": "0.01 N·m"}]
     entry = {"channel": "t.torque", "serial": "1", "full_scale": "10 N·m"}
     for accuracy, words in (
@@ -196,7 +196,7 @@ def test_an_accuracy_in_one_figure_says_where_it_is_from(result):
         assert row["Accuracy"] == words
 
 
-def test_caveats_and_truth_follow_what_was_measured_whatever_its_title(result):
+def test_caveats_and_truth_do_not_depend_on_title(result):
     german = replace(result, measurand="lastabhängiges Anlaufmoment")
     assert meaning(torque_of(german)) == meaning(torque_of(result))
     assert len(meaning(torque_of(german))) == 5
@@ -206,13 +206,13 @@ def test_caveats_and_truth_follow_what_was_measured_whatever_its_title(result):
     ]
 
 
-def test_a_title_alone_brings_no_caveat(result):
+def test_title_alone_adds_no_caveat(result):
     named = changed(result, measurand="starting torque", kind=None)
     assert meaning(torque_of(named)) == ()
 
 
 @pytest.mark.parametrize(
-    ("kind", "said", "not_said"),
+    ("kind", "expected", "unexpected"),
     [
         (
             MeasurandKind(Nature.LOAD_INDUCED, Condition.UNDER_WAY),
@@ -222,7 +222,7 @@ def test_a_title_alone_brings_no_caveat(result):
         (MeasurandKind(Nature.TOTAL, Condition.FROM_REST), (), "zero load"),
     ],
 )
-def test_each_kind_of_measurand_has_the_caveats_that_hold_for_it(result, kind, said, not_said):
+def test_each_kind_of_measurand_has_its_caveats(result, kind, expected, unexpected):
     text = " ".join(meaning(torque_of(changed(result, kind=kind))))
-    assert all(words in text for words in said)
-    assert not_said not in text
+    assert all(words in text for words in expected)
+    assert unexpected not in text

@@ -1,4 +1,4 @@
-"""Cycles and pulses that are found block by block are those of all samples at once."""
+"""Cycles and pulses found block by block equal those found in all samples at once."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from rigrunner_bearings.signal.pulses import pulse_edges, repetition_frequency
 from unit.signal.test_blocks import RATE_HZ, RATIO, Stored, swing
 
 
-def test_cycles_are_those_of_the_whole_recording(monkeypatch):
+def test_cycles_equal_those_of_whole_recording(monkeypatch):
     angle = swing()
     in_memory = find_cycles(angle, RATE_HZ, RATIO)
     short_cycles(monkeypatch)
@@ -23,21 +23,21 @@ def test_cycles_are_those_of_the_whole_recording(monkeypatch):
 
 
 @pytest.mark.parametrize("n", [256, 1024])
-def test_resampled_cycles_are_those_of_the_whole_recording(monkeypatch, n):
+def test_resampled_cycles_equal_those_of_whole_recording(monkeypatch, n):
     values, starts = swing(), np.arange(3.3, 39_000, 970.87)
     in_memory = resample(values, starts, n)
     short_cycles(monkeypatch)
     np.testing.assert_allclose(resample(Stored(values), starts, n), in_memory, rtol=0, atol=1e-12)
 
 
-def test_pulses_are_those_of_the_whole_recording(monkeypatch):
+def test_pulses_equal_those_of_whole_recording(monkeypatch):
     signal = (np.arange(40_000) % 970 < 20) + 0.0
     in_memory = pulse_edges(signal)
     short_cycles(monkeypatch)
     assert pulse_edges(Stored(signal)).tolist() == in_memory.tolist()
 
 
-def test_a_long_torque_repeats_as_often_as_it_does(monkeypatch):
+def test_repetition_frequency_of_long_torque(monkeypatch):
     torque = np.sin(2 * np.pi * 10.3 / RATE_HZ * np.arange(200_000) + 1) + 3
     short_cycles(monkeypatch)
     assert repetition_frequency(Stored(torque), RATE_HZ, 10.0) == pytest.approx(10.3, rel=1e-4)

@@ -45,7 +45,7 @@ def true_starts(phase):
     offset=st.floats(-0.2 * DEG, 0.2 * DEG),
 )
 @settings(max_examples=examples(25), deadline=None)
-def test_finds_every_whole_cycle_where_it_starts(frequency, start, offset):
+def test_finds_start_of_every_whole_cycle(frequency, start, offset):
     phase = recorded(frequency, 8, start)
     angle = encoder(swing(phase), np.random.default_rng(3), offset)
     cycles = find_cycles(angle, RATE, RATIO)
@@ -66,15 +66,15 @@ def test_one_whole_cycle_is_enough():
     assert cycles.frequency_hz[0] == pytest.approx(10.0, rel=1e-3)
 
 
-def test_encoder_noise_makes_no_cycles():
+def test_encoder_noise_gives_no_extra_cycles():
     phase = recorded(1.0, 60.5, 0.3)
     angle = encoder(swing(phase), np.random.default_rng(4))
     naive = np.count_nonzero((angle[:-1] <= 0) & (angle[1:] > 0))
-    assert naive > 60, "the trap is there"
+    assert naive > 60, "a naive count finds too many"
     assert find_cycles(angle, RATE, RATIO).count == 59
 
 
-def test_follows_speed_that_differs_from_cycle_to_cycle():
+def test_frequency_follows_variation_between_cycles():
     phase = recorded(10.0, 31, 2.0, jitter=5e-4, seed=5)
     cycles = find_cycles(encoder(swing(phase), np.random.default_rng(6)), RATE, RATIO)
     true = RATE / np.diff(true_starts(phase))
@@ -91,13 +91,13 @@ def test_follows_speed_that_differs_from_cycle_to_cycle():
     ],
     ids=["at rest", "less than a cycle", "noise"],
 )
-def test_says_that_there_is_no_cycle(angle):
+def test_recording_without_cycle_is_refused(angle):
     with pytest.raises(DataError, match=r"no whole cycle of about 2\.5 deg"):
         find_cycles(angle, RATE, RATIO)
 
 
 @pytest.mark.parametrize(("hz", "within"), [(35.0, 1e-6), (800.0, 1e-4), (1200.0, 1e-3)])
-def test_resampling_keeps_what_a_fast_swing_holds(hz, within):
+def test_resampling_keeps_harmonics_of_fast_swing(hz, within):
     time = np.arange(4000) / RATE
     starts = 100.3 + np.arange(11) * RATE / 35.0
     rows = resample(np.cos(2 * np.pi * hz * time), starts)
@@ -106,7 +106,7 @@ def test_resampling_keeps_what_a_fast_swing_holds(hz, within):
     np.testing.assert_allclose(rows, np.cos(2 * np.pi * hz * times), atol=within)
 
 
-def test_resampling_puts_cycles_of_any_length_on_the_same_phase():
+def test_resampling_aligns_cycles_of_different_length():
     phase = recorded(7.3, 12, 1.0, jitter=0.002, seed=8)
     rows = resample(swing(phase), true_starts(phase))
     spread = np.ptp(rows, axis=0).max()
@@ -116,7 +116,7 @@ def test_resampling_puts_cycles_of_any_length_on_the_same_phase():
     )
 
 
-def test_resampling_to_fewer_points_averages_noise_and_folds_none():
+def test_downsampling_averages_noise_without_aliasing():
     rng = np.random.default_rng(9)
     starts = 50.0 + 10_000 * np.arange(9)
     rows = resample(rng.standard_normal(90_000), starts)
@@ -124,7 +124,7 @@ def test_resampling_to_fewer_points_averages_noise_and_folds_none():
     assert rows.mean(axis=1) == pytest.approx(np.zeros(8), abs=0.05)
 
 
-def test_resampling_to_fewer_points_keeps_level_and_phase():
+def test_downsampling_keeps_level_and_phase():
     time = np.arange(60_000) / RATE
     starts = 123.4 + 10_000 * np.arange(5)
     rows = resample(2 + np.sin(2 * np.pi * 20 * (time - 0.01234)), starts)
@@ -132,7 +132,7 @@ def test_resampling_to_fewer_points_keeps_level_and_phase():
     np.testing.assert_allclose(rows[1], expected, atol=1e-3)
 
 
-def test_refuses_spikes_that_make_cycles_no_crank_can_turn():
+def test_refuses_spikes_that_shorten_cycles():
     rng = np.random.default_rng(4)
     angle = swing(recorded(10.0, 20, 1.0))
     places = rng.choice(len(angle), 400, replace=False)

@@ -1,4 +1,4 @@
-"""What sums over half turns say is what the half turns themselves say."""
+"""Sums over half turns give the same results as the half turns themselves."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ RATIO = 2 / 45
 
 
 @pytest.mark.parametrize("together", [1, 5000, 1 << 16])
-def test_sums_say_the_same_as_all_samples(monkeypatch, together):
+def test_sums_give_same_results_as_all_samples(monkeypatch, together):
     monkeypatch.setattr(half_turns, "TOGETHER", together)
     rng = np.random.default_rng(1)
     angle = swing_angle(2 * np.pi * np.arange(12_000) / 970.3, 1.01 * RATIO) + 0.001

@@ -13,12 +13,12 @@ PHASE = 2 * np.pi * np.arange(100_000) / 100_000
 ratios = st.floats(0.001, 0.5)
 
 
-def test_angle_is_that_of_the_triangle_of_crank_and_bar():
+def test_angle_is_that_of_crank_and_bar_triangle():
     pin = 45 + 2 * np.exp(1j * PHASE)  # mm, seen from the bar's axis
     assert np.allclose(kinematics.swing_angle(PHASE, RATIO), np.angle(pin), atol=1e-15)
 
 
-def test_both_together_have_the_bits_of_each():
+def test_joint_function_equals_separate_ones_bit_for_bit():
     angle, velocity = kinematics.angle_and_velocity(PHASE, 7.0, RATIO)
     np.testing.assert_array_equal(angle, kinematics.swing_angle(PHASE, RATIO))
     np.testing.assert_array_equal(velocity, kinematics.angular_velocity(PHASE, 7.0, RATIO))
@@ -26,7 +26,7 @@ def test_both_together_have_the_bits_of_each():
 
 @settings(deadline=None, max_examples=examples(30))
 @given(ratio=ratios, phase=st.floats(0, 2 * math.pi))
-def test_velocity_and_acceleration_are_the_derivatives(ratio, phase):
+def test_velocity_and_acceleration_are_derivatives(ratio, phase):
     step, frequency = 1e-4, 7.0
     phases = phase + step * np.array([-1.0, 0.0, 1.0])
     omega = 2 * math.pi * frequency
@@ -40,7 +40,7 @@ def test_velocity_and_acceleration_are_the_derivatives(ratio, phase):
 
 @settings(deadline=None, max_examples=examples(20))
 @given(ratio=ratios)
-def test_extremes_are_those_of_the_sampled_motion(ratio):
+def test_extremes_equal_those_of_sampled_motion(ratio):
     angle = kinematics.swing_angle(PHASE, ratio)
     velocity = kinematics.angular_velocity(PHASE, 3.0, ratio)
     acceleration = kinematics.angular_acceleration(PHASE, 3.0, ratio)
@@ -50,7 +50,7 @@ def test_extremes_are_those_of_the_sampled_motion(ratio):
     assert kinematics.max_acceleration(3.0, ratio) == pytest.approx(acceleration.max(), rel=1e-8)
 
 
-def test_the_bar_reverses_at_the_reversal_phase_and_rises_at_phase_zero():
+def test_bar_reverses_at_reversal_phase_and_rises_at_phase_zero():
     reversal = kinematics.reversal_phase(RATIO)
     reversals = np.array([reversal, -reversal])
     extremes = kinematics.swing_angle(reversals, RATIO)
@@ -60,14 +60,14 @@ def test_the_bar_reverses_at_the_reversal_phase_and_rises_at_phase_zero():
     assert math.degrees(reversal) == pytest.approx(92.5473, abs=1e-4)
 
 
-def test_the_motion_is_the_sum_of_its_harmonics():
+def test_motion_is_sum_of_its_harmonics():
     order = np.arange(1, 20)[:, None]
     series = ((-1.0) ** (order + 1) * RATIO**order / order * np.sin(order * PHASE)).sum(axis=0)
     assert np.allclose(kinematics.swing_angle(PHASE, RATIO), series, atol=1e-15)
 
 
 @given(ratio=ratios)
-def test_by_the_half_angle_they_are_the_same(ratio):
+def test_half_angle_form_equals_direct_form(ratio):
     phase = np.append(PHASE - math.pi, [0.0, math.pi, 7.0])
     angle, velocity = kinematics.by_half_angle(phase, ratio)
     reference = kinematics.angle_and_velocity(phase, 1.0, ratio)

@@ -23,54 +23,54 @@ def pulses(edges, samples, width=5.0, low=0.0, high=1.0):
     return signal
 
 
-def test_an_edge_is_found_to_half_a_sample():
+def test_edge_is_found_to_half_a_sample():
     edges = np.array([10.3, 110.7, 211.0, 311.4])
     assert pulse_edges(pulses(edges, 400)) == pytest.approx(edges, abs=0.5)
 
 
 @pytest.mark.parametrize(("low", "high"), [(0.0, 5.0), (-12.0, 12.0), (0.4, 3.3)])
-def test_the_level_of_the_signal_does_not_matter(low, high):
+def test_signal_level_does_not_matter(low, high):
     edges = np.array([10.3, 110.7, 211.0])
     noise = 0.05 * (high - low) * np.random.default_rng(1).standard_normal(300)
     signal = pulses(edges, 300, low=low, high=high) + noise
     assert pulse_edges(signal) == pytest.approx(edges, abs=0.5)
 
 
-def test_a_pulse_that_is_there_from_the_start_is_no_edge():
+def test_pulse_high_from_start_is_not_an_edge():
     assert pulse_edges(pulses([-2.0, 98.5, 198.5], 250)) == pytest.approx([98.5, 198.5], abs=0.5)
 
 
-def test_a_slow_rise_is_one_edge():
+def test_slow_rise_is_one_edge():
     ramp = np.interp(np.arange(300), [98, 104, 110, 112, 198, 204, 210, 212], [0, 0.6, 1, 0] * 2)
     ramp[:98] = 0
     assert len(pulse_edges(ramp)) == 2
 
 
 @pytest.mark.parametrize("signal", [np.zeros(100), np.ones(100), pulses([50.0], 100)])
-def test_without_two_pulses_there_is_no_cycle(signal):
+def test_fewer_than_two_pulses_are_refused(signal):
     with pytest.raises(DataError, match=r"^[01] pulses, but a cycle is from one to the next"):
         pulse_edges(signal)
 
 
-def test_a_lost_pulse_is_refused_and_placed():
+def test_lost_pulse_is_refused_with_its_place():
     edges = np.delete(np.arange(20.0, 1000.0, 100.0), 4)
     with pytest.raises(DataError, match="from pulse 4 to the next are 200 samples, usual are 100"):
         pulse_edges(pulses(edges, 1000))
 
 
-def test_a_doubled_pulse_is_refused():
+def test_doubled_pulse_is_refused():
     edges = np.sort(np.append(np.arange(20.0, 1000.0, 100.0), 350.0))
     with pytest.raises(DataError, match="one was lost or came twice"):
         pulse_edges(pulses(edges, 1000))
 
 
-def test_starts_lie_before_the_pulse_by_its_phase():
+def test_starts_precede_pulse_by_its_phase():
     edges = np.array([120.0, 220.0, 320.0])
     assert starts_from_edges(edges, np.pi / 2, 400) == pytest.approx([95, 195, 295])
     assert starts_from_edges(edges, -np.pi / 2, 400) == pytest.approx([145, 245, 345])
 
 
-def test_starts_outside_the_recording_are_left_out():
+def test_starts_outside_recording_are_omitted():
     assert starts_from_edges(np.array([20.0, 120.0]), np.pi, 200) == pytest.approx([70.0])
     assert starts_from_edges(np.array([20.0, 120.0]), -np.pi, 150) == pytest.approx([70.0])
 
@@ -81,7 +81,7 @@ def bump(time_s, frequency_hz, phase):
 
 
 @pytest.mark.parametrize("phase", np.arange(0, 1, 0.13))
-def test_a_cut_by_frequency_stays_away_from_the_peak(phase):
+def test_cut_by_frequency_avoids_the_peak(phase):
     time = np.arange(5000) / RATE_HZ
     starts = starts_by_frequency(bump(time, 7.0, phase), RATE_HZ, 7.0)
     assert np.diff(starts) == pytest.approx(RATE_HZ / 7.0)
@@ -90,13 +90,13 @@ def test_a_cut_by_frequency_stays_away_from_the_peak(phase):
     assert len(starts) in {35, 36}
 
 
-def test_less_than_a_cycle_cannot_be_cut():
+def test_less_than_one_cycle_is_refused():
     with pytest.raises(DataError, match=r"no whole cycle of 2 Hz in 0\.4 s"):
         starts_by_frequency(np.ones(400), RATE_HZ, 2.0)
 
 
 @pytest.mark.parametrize("deviation", [-0.12, -0.006, 0.0, 0.004, 0.05, 0.14])
-def test_repetition_is_found_whatever_was_entered(deviation):
+def test_repetition_is_found_despite_wrong_entry(deviation):
     rng = np.random.default_rng(2)
     time = np.arange(6000) / RATE_HZ
     true_hz = 5.0 * (1 + deviation)

@@ -1,4 +1,4 @@
-"""What a torque sensor's limits of error contribute."""
+"""Contributions of a torque sensor's limits of error."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ TORQUE = {"channel": "tester.torque", "serial": "T-1", "full_scale": "20 N·m"}
 
 
 @pytest.mark.parametrize("text", ["0.5 % FS", "0.5%FS", " .5 % FS "])
-def test_an_accuracy_in_one_figure_is_rectangular_over_full_scale(text):
+def test_accuracy_in_percent_of_full_scale_is_rectangular(text):
     instrument = Instrument.model_validate(TORQUE | {"accuracy": text})
     inputs = {
         effect.input.name: effect.input

@@ -29,7 +29,7 @@ def torque_over(angle_rad, peak_nm=0.3, at_rad=DEGREE, late_nm=0.1):
 
 @pytest.mark.parametrize("sense", [1.0, -1.0])
 @pytest.mark.parametrize("offset_rad", [0.0, -40.0])
-def test_the_peak_of_the_first_travel_in_the_sense_of_rotation(sense, offset_rad):
+def test_breakaway_is_first_peak_in_either_sense(sense, offset_rad):
     angle = motion(sense, offset_rad)
     start = find_start(angle, sense * torque_over(angle), RATE_HZ, WINDOW, 0.005)
     assert start.breakaway_nm == pytest.approx(0.3, abs=1e-4)
@@ -37,7 +37,7 @@ def test_the_peak_of_the_first_travel_in_the_sense_of_rotation(sense, offset_rad
     assert start.frequency_hz == pytest.approx(2 / 60, rel=1e-9)
 
 
-def test_noise_does_not_make_it_high():
+def test_noise_does_not_bias_breakaway():
     """The greatest of 1500 noisy samples would be some 3 sigma high (Gumbel)."""
     angle, rng = motion(), np.random.default_rng(1)
     clean = torque_over(angle)
@@ -50,14 +50,14 @@ def test_noise_does_not_make_it_high():
     assert sharp.breakaway_nm > 0.315
 
 
-def test_a_recording_that_begins_in_motion_is_refused():
+def test_recording_that_begins_in_motion_is_refused():
     angle = motion()[REST:]
     with pytest.raises(DataError, match="does not begin with rest"):
         find_start(angle, np.ones(len(angle)), RATE_HZ, WINDOW, 0.005)
 
 
 @pytest.mark.parametrize("moving", [0, 500, 833])
-def test_too_little_travel_is_refused_with_what_was_found(moving):
+def test_too_little_travel_is_refused_with_its_value(moving):
     angle = motion(moving=moving)
     turned = np.degrees(angle[-1])
     with pytest.raises(DataError, match=f"turns by {turned:.3g} deg, but more than 5 deg"):

@@ -28,7 +28,7 @@ def by_hand(values, parts):
     values=st.lists(st.sampled_from([0.0, 1.0, 2.0]), min_size=1, max_size=40),
     parts=st.integers(1, 5),
 )
-def test_runs_of_equal_samples(block, values, parts):
+def test_longest_runs_of_equal_samples(block, values, parts):
     parts = min(parts, len(values))
     with pytest.MonkeyPatch.context() as patch:
         short_blocks(patch, block)
@@ -39,7 +39,7 @@ def test_runs_of_equal_samples(block, values, parts):
     assert ends == max(len([*run]) for value, run in groupby(values) if value in extremes)
 
 
-def test_memory_does_not_grow_with_what_is_held(monkeypatch):
+def test_memory_does_not_grow_with_length_of_run(monkeypatch):
     short_blocks(monkeypatch, 10_000)
     still = np.zeros(1_000_000)
     assert allocated_peak(lambda: longest_stuck(still, 7)) < 20 * 10_000 * 8

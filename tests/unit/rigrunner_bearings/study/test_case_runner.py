@@ -26,7 +26,7 @@ def finding_of(case):
 
 @dataclass
 class Study:
-    """Counts what is examined, and is stopped after so many."""
+    """Records the examined cases and stops after `stop_after` of them."""
 
     journal_path: object
     stop_after: int = 99
@@ -47,7 +47,7 @@ class Study:
         return runner.findings("name", self, Finding, cases)
 
 
-def test_what_was_interrupted_goes_on_and_each_case_is_done_once(tmp_path):
+def test_interrupted_study_resumes_and_examines_each_case_once(tmp_path):
     first = Study(tmp_path / "part", stop_after=2)
     with pytest.raises(AbortedError, match="stopped after 2 of 5 rigs") as stopped:
         first.run()
@@ -58,27 +58,27 @@ def test_what_was_interrupted_goes_on_and_each_case_is_done_once(tmp_path):
     assert second.progress == [(2, 5), (3, 5), (4, 5), (5, 5)]
 
 
-def test_a_larger_study_takes_what_is_there(tmp_path):
+def test_larger_study_reuses_findings(tmp_path):
     Study(tmp_path / "part").run(CASES[:3])
     larger = Study(tmp_path / "part")
     assert larger.run(CASES[::-1]) == [finding_of(case) for case in CASES[::-1]]
     assert larger.examined == [4, 3]
 
 
-def test_findings_of_another_program_are_not_mixed_in(tmp_path, monkeypatch):
+def test_findings_of_another_program_are_refused(tmp_path, monkeypatch):
     Study(tmp_path / "part").run()
     monkeypatch.setattr(module, "code_digest", lambda: "another")
     with pytest.raises(UsageError, match="has results of other work: code was"):
         Study(tmp_path / "part").run()
 
 
-def test_a_worker_with_other_software_is_refused(monkeypatch):
+def test_worker_with_other_software_is_refused(monkeypatch):
     monkeypatch.setattr(module, "software", lambda _: {"Rigrunner": "0.0.1"})
     with pytest.raises(DataError, match=r"a worker of the cluster has Rigrunner .*, not 0\.0\.1"):
         Study(None).run()
 
 
-def test_without_a_journal_nothing_is_kept():
+def test_without_journal_nothing_is_kept():
     study = Study(None, stop_after=1)
     with pytest.raises(AbortedError) as stopped:
         study.run()
@@ -94,13 +94,13 @@ def breaks(_):
 
 
 @pytest.mark.parametrize(("examine", "error"), [(refuses, DataError), (breaks, RuntimeError)])
-def test_a_case_that_fails_ends_the_study(examine, error, tmp_path):
+def test_failing_case_ends_the_study(examine, error, tmp_path):
     runner = CaseRunner(InProcess(), threading.Event(), lambda *_: None, tmp_path / "part")
     with pytest.raises(error, match=r"not this one|in breaks"):
         runner.findings("name", examine, Finding, CASES)
 
 
-def test_the_journal_is_readable_lines(tmp_path):
+def test_journal_is_lines_of_json(tmp_path):
     Study(tmp_path / "part").run(CASES[:1])
     header, line = map(json.loads, (tmp_path / "part").read_text().splitlines())
     assert header["of"]["study"] == "name"

@@ -36,7 +36,7 @@ def calls(monkeypatch, tmp_path):
     return calls
 
 
-def test_what_is_asked_for_reaches_the_study(calls, capsys):
+def test_options_reach_the_study(calls, capsys):
     options = ["--rigs", "7", "--broken", "5", "--jobs", "2", "--seed", "3"]
     assert main(["study", "diagnostics", *options]) == 0
     (call,) = calls
@@ -47,7 +47,7 @@ def test_what_is_asked_for_reaches_the_study(calls, capsys):
     assert capsys.readouterr().err == "1 of 1 rigs\n"
 
 
-def test_all_cores_are_used_unless_a_cluster_is(calls, capsys):
+def test_all_cores_are_used_without_cluster(calls, capsys):
     main(["study", "diagnostics"])
     main(["study", "diagnostics", "--dask", "tcp://there:8786"])
     assert [call["runner"].workers for call in calls] == [
@@ -58,13 +58,13 @@ def test_all_cores_are_used_unless_a_cluster_is(calls, capsys):
     assert "--jobs and --dask exclude each other" in capsys.readouterr().err
 
 
-def test_as_many_broken_rigs_as_healthy_ones(calls):
+def test_broken_rigs_are_as_many_as_healthy_ones_by_default(calls):
     main(["study", "diagnostics"])
     assert (calls[0]["healthy_rigs"], calls[0]["broken_rigs"]) == (300, 300)
 
 
 @pytest.mark.usefixtures("calls")
-def test_the_tables(capsys):
+def test_default_output_has_tables(capsys):
     main(["study", "diagnostics"])
     out = capsys.readouterr().out
     assert "False alarms on 2 healthy rigs" in out
@@ -74,7 +74,7 @@ def test_the_tables(capsys):
 
 
 @pytest.mark.usefixtures("calls")
-def test_markdown_and_json(capsys):
+def test_markdown_and_json_output(capsys):
     main(["study", "diagnostics", "--markdown"])
     assert "| stroke | 1/1 (2.5-100.0 %) | 0/1 (0.0-97.5 %) |" in capsys.readouterr().out
     main(["study", "diagnostics", "--json"])
@@ -84,6 +84,6 @@ def test_markdown_and_json(capsys):
 
 
 @pytest.mark.parametrize("options", [["--rigs", "0"], ["--jobs", "0"], ["--seed", "-1"]])
-def test_nonsense_is_a_usage_error(options, capsys):
+def test_invalid_option_is_usage_error(options, capsys):
     assert main(["study", "diagnostics", *options]) == 2
     assert options[0] in capsys.readouterr().err

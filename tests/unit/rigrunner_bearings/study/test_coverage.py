@@ -45,7 +45,7 @@ def outcome(error, u=0.004, mean_expanded=0.008):
 
 
 def finding(number=0, error=0.001, simulator=SIM, *, natural_hz=400.0, quiet=None):
-    """Return a rig on which every method errs by that."""
+    """Return a rig on which every method has this error."""
     all_errors = dict.fromkeys(METHODS, outcome(error))
     no_sensor = dict.fromkeys(METHODS, outcome(error if quiet is None else quiet))
     return Finding(Case(simulator, "", 1, number), "Stribeck", natural_hz, all_errors, no_sensor)
@@ -69,7 +69,7 @@ def test_errors_and_coverage_are_counted():
     assert without.coverage.rate == 1.0
 
 
-def test_a_rig_belongs_to_the_stratum_of_its_resonance():
+def test_rig_is_in_stratum_of_its_resonance():
     study = tally([finding(0, 0.001, natural_hz=250.0), finding(1, 0.02, natural_hz=300.0)])
     strata = [s for s in study.strata if s.method == METHODS[0] and s.sensor]
     rates = {(s.band_hz, s.frequency_hz): s.coverage.rate for s in strata}
@@ -79,7 +79,7 @@ def test_a_rig_belongs_to_the_stratum_of_its_resonance():
     }
 
 
-def test_a_refused_rig_is_counted_and_in_no_table():
+def test_refused_rig_is_counted_but_in_no_table():
     refused = Finding(Case(SIM, "", 1, 0), "Stribeck", 400.0, {}, {})
     study = tally([finding(1), refused])
     assert (study.rigs, study.refused) == (1, 1)
@@ -88,7 +88,7 @@ def test_a_refused_rig_is_counted_and_in_no_table():
 
 
 @pytest.mark.parametrize("simulator", RANGES)
-def test_what_the_budget_states_is_what_is_drawn(simulator):
+def test_drawn_errors_fill_limits_of_budget(simulator):
     """Rectangular within the stated limits, and not only near their middle."""
     allowed = InverseSettings()
     benches = [drawn(simulator, number) for number in range(400)]
@@ -114,7 +114,7 @@ def test_what_the_budget_states_is_what_is_drawn(simulator):
 
 
 @pytest.mark.parametrize("simulator", RANGES)
-def test_the_simulated_sensor_has_the_limits_of_the_register(simulator):
+def test_simulated_sensor_has_limits_of_register(simulator):
     rig = drawn(simulator)
     limit = rig.station.instruments[0].half_width
     settings = rig.bench.no_load
@@ -126,7 +126,7 @@ def test_the_simulated_sensor_has_the_limits_of_the_register(simulator):
     assert silent.loaded["support.friction"] == rig.bench.loaded["support.friction"]
 
 
-def test_the_station_knows_stroke_and_filter_of_the_rig():
+def test_station_knows_stroke_and_filter_of_rig():
     rig = drawn(SIM)
     assert own_keys(RigDescription, rig.station.rig).eccentric == pytest.approx(
         rig.bench.no_load["eccentric"].number / 1000
@@ -154,7 +154,7 @@ def one_rig():
 
 
 @pytest.mark.thorough
-def test_a_rig_is_measured_with_and_without_the_sensor_term(one_rig):
+def test_rig_is_measured_with_and_without_sensor_errors(one_rig):
     for method in METHODS:
         all_errors, silent = one_rig.all_errors[method], one_rig.no_sensor[method]
         assert np.abs(all_errors.error_nm).max() < 0.03
@@ -164,17 +164,17 @@ def test_a_rig_is_measured_with_and_without_the_sensor_term(one_rig):
 
 
 @pytest.mark.thorough
-def test_the_same_case_gives_the_same(one_rig):
+def test_same_case_gives_same_finding(one_rig):
     assert examine(Case(SIM, "", 3, 0)) == one_rig
 
 
-def test_the_lines_of_the_sensor_are_known_in_the_budget():
+def test_sensor_lines_of_budget_are_recognized():
     assert is_sensor("sensor gain")
     assert not is_sensor("support friction under load")
 
 
 @pytest.mark.thorough
-def test_a_study_is_the_same_in_two_processes():
+def test_study_in_two_processes_is_the_same():
     progress = []
 
     def study(workers):
@@ -188,7 +188,7 @@ def test_a_study_is_the_same_in_two_processes():
     assert first.rigs == 2
 
 
-def test_tables_and_document_hold_the_same():
+def test_tables_and_document_agree():
     study = tally([finding(n, error) for n, error in enumerate([0.003, -0.004, 0.009])])
     text = markdown(printed(study))
     assert "3 rigs, half of each simulator." in text
@@ -200,7 +200,7 @@ def test_tables_and_document_hold_the_same():
 
 
 @pytest.mark.thorough
-def test_figures_are_the_same_bytes_each_time(tmp_path):
+def test_figures_are_reproducible_to_the_byte(tmp_path):
     rigs = [finding(n, e, s) for n, e in enumerate((0.002, -0.005)) for s in (SIM, ODE)]
     study = tally(rigs)
     first, second = (draw_figures(study, tmp_path / name) for name in ("a", "b"))

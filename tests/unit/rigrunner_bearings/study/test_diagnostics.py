@@ -27,7 +27,7 @@ from rigrunner_bearings.torque.settings import SwingTorque
 SIM, ODE = "swing_tester_sim", "swing_tester_ode"
 NAMES = {limit.name for limit in (*LIMITS, *SETUP_LIMITS, *METHOD_LIMITS)}
 SKIPPED = {BUILD_UP.name}
-"""Where the station states what the support does under load, as those of the study do."""
+"""Not made if the station states the support friction under load, as in the study."""
 FAULTS = {fault.name: fault for fault in BREAKS}
 
 
@@ -43,7 +43,7 @@ def finding(fault, *failed, simulator=SIM, number=0, error_nm=None):
         (5, 100, 0.0164, 0.1128),
     ],
 )
-def test_the_interval_is_that_of_clopper_and_pearson(hits, of, low, high):
+def test_interval_is_that_of_clopper_and_pearson(hits, of, low, high):
     assert Share(hits, of).interval == pytest.approx((low, high), abs=5e-5)
 
 
@@ -54,7 +54,7 @@ def test_alarms_are_counted_by_check_and_simulator():
     assert study.alarms["cycles"][SIM] == Share(0, 2)
 
 
-def test_a_break_is_missed_if_its_check_is_silent_and_nothing_was_refused():
+def test_break_is_missed_if_neither_flagged_nor_refused():
     rigs = [
         finding("few cycles", "cycles"),
         finding("few cycles", REFUSED, "stroke"),
@@ -65,7 +65,7 @@ def test_a_break_is_missed_if_its_check_is_silent_and_nothing_was_refused():
     assert row.others == Counter({"stroke": 2, REFUSED: 1})
 
 
-def test_a_break_that_no_check_sees_has_no_rate_but_an_error():
+def test_undetectable_break_has_error_but_no_rate():
     fault = "support friction grows with load"
     (row,) = tally([finding(fault, error_nm=0.03), finding(fault, error_nm=-0.04)]).breaks
     assert row.missed is None
@@ -74,20 +74,20 @@ def test_a_break_that_no_check_sees_has_no_rate_but_an_error():
 
 
 @pytest.mark.parametrize("fault", BREAKS, ids=lambda fault: fault.name)
-def test_every_break_is_seen_by_a_check_or_says_why_not(fault):
+def test_every_break_names_its_check_or_why_none(fault):
     assert bool(fault.seen_by) is not bool(fault.unseen)
     assert fault.seen_by in NAMES | {REFUSED, ""}
 
 
 @pytest.mark.parametrize("fault", BREAKS, ids=lambda fault: fault.name)
-def test_every_break_breaks_something(fault):
+def test_every_break_changes_the_rig(fault):
     rng = np.random.default_rng(5)
     rig = healthy(fault.simulators[-1], 1, rng)
     assert fault.apply(rig, rng) != rig
 
 
 @pytest.mark.parametrize("simulator", POPULATIONS)
-def test_settings_go_to_the_plugin_as_a_station_has_them(simulator):
+def test_settings_are_nested_as_in_a_station(simulator):
     rig = healthy(simulator, 7, np.random.default_rng(1))
     settings = nested(rig.no_load, rig.seed)
     branch, _, name = NATURAL[simulator].partition(".")
@@ -96,7 +96,7 @@ def test_settings_go_to_the_plugin_as_a_station_has_them(simulator):
     assert abs(float(settings[branch][name].removesuffix(" Hz")) / rig.reference_hz - 1) < 0.021
 
 
-def test_cases_are_rigs_of_both_simulators_in_equal_numbers():
+def test_cases_use_both_simulators_equally():
     all_cases = list(cases(3, 2, 9))
     assert Counter(case.simulator for case in all_cases if not case.fault) == {SIM: 3, ODE: 3}
     broken = Counter(case.fault for case in all_cases if case.fault)
@@ -105,14 +105,14 @@ def test_cases_are_rigs_of_both_simulators_in_equal_numbers():
 
 
 @pytest.mark.parametrize("simulator", POPULATIONS)
-def test_a_broken_rig_is_flagged_and_the_same_case_gives_the_same(simulator):
+def test_broken_rig_is_flagged_reproducibly(simulator):
     case = Case(simulator, "clipping", 3, 0)
     result = examine(case)
     assert "clipping" in result.failed
     assert result == examine(case)
 
 
-def test_a_healthy_rig_is_measured_right_and_raises_no_alarm():
+def test_healthy_rig_is_measured_right_without_alarm():
     result = examine(Case(SIM, "", 3, 0))
     assert result.failed == ()
     assert abs(result.error_nm) < 0.02
@@ -124,7 +124,7 @@ def test_too_few_cycles_are_refused():
 
 
 @pytest.mark.thorough
-def test_two_processes_find_what_one_finds():
+def test_two_processes_give_findings_of_one():
     all_cases = [Case(SIM, "too few cycles", 3, number) for number in range(3)]
     first, second = (
         CaseRunner(workers, threading.Event(), lambda _, __: None).findings(
@@ -135,7 +135,7 @@ def test_two_processes_find_what_one_finds():
     assert first == second
 
 
-def test_a_study_can_be_stopped():
+def test_study_can_be_stopped():
     stop, done = threading.Event(), []
 
     def progress(count, of):
@@ -150,7 +150,7 @@ def test_a_study_can_be_stopped():
     assert done == [(0, total), (1, total)]
 
 
-def test_tables_and_document_hold_the_same_shares():
+def test_tables_and_document_agree():
     rigs = [finding(""), finding("", simulator=ODE), finding("other eccentric", "stroke")]
     rigs += [finding("few cycles"), finding("few cycles", "cycles")]
     study = tally(rigs)
@@ -160,7 +160,7 @@ def test_tables_and_document_hold_the_same_shares():
     assert row["missed"]["interval_95"] == pytest.approx([0.0126, 0.9874], abs=1e-4)
 
 
-def test_the_primary_method_of_a_study_is_chosen_by_its_label():
+def test_primary_method_of_study_is_chosen_by_label():
     methods = [{"energy": {}, "as": "work"}, "template_inverse"]
     spec = SwingTorque.model_validate({"compensations": methods, "primary": "work"})
     assert [method.name for method in primary_alone(spec).compensations] == ["energy"]

@@ -1,4 +1,4 @@
-"""The study of faults: what counts as silent, and that its cases are what their names say."""
+"""The study of faults: which errors count as silent, and that its cases match their names."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ def finding(fault, *answers, ratio=None, worst=None):
     return Finding(Case(SIM, fault, 1, 0), answers, "somewhere", ratio, worst)
 
 
-def test_what_is_flagged_or_refused_is_not_silent_however_wrong():
+def test_flagged_or_refused_case_is_not_silent():
     study = tally(
         [
             finding("torque stuck", "spikes", ratio=9.0, worst=9.0),
@@ -51,13 +51,13 @@ def test_what_is_flagged_or_refused_is_not_silent_however_wrong():
     )
     row, crashed = study.rows
     assert (crashed.flagged_cases, crashed.silent.count) == (0, 0)
-    assert [finding_.case.fault for finding_ in study.crashed] == ["time back"]
+    assert [item.case.fault for item in study.crashed] == ["time back"]
     assert "time back 0 on swing_tester_sim, somewhere: crashed" in markdown(printed(study))
     assert (row.cases, row.recording_failed, row.refused, row.flagged_cases) == (6, 1, 1, 1)
     assert (study.silent.within, study.silent.beyond, study.silent.far_beyond) == (1, 1, 1)
     assert (study.silent.worst, study.silent.worst_point) == (2.4, 7.0)
     assert study.silent.share_beyond == Share(1, 3)
-    assert [finding_.ratio for finding_ in study.wrong] == [-2.4]
+    assert [item.ratio for item in study.wrong] == [-2.4]
     assert (study.clean.count, study.clean_flagged) == (1, 1)
     assert study.unseen[0].silent.far_beyond == 1
     assert "1 of these with an error above twice" in summary(study)
@@ -66,7 +66,7 @@ def test_what_is_flagged_or_refused_is_not_silent_however_wrong():
     assert study_document(study)["silent"]["above_twice"] == 1
 
 
-def test_every_fault_is_drawn_as_often_as_the_others_on_both_simulators():
+def test_every_fault_is_drawn_equally_often_on_both_simulators():
     all_cases = list(cases(2 * len(FAULTS), 1))
     drawn = Counter(case.fault for case in all_cases)
     assert {drawn[fault.name] for fault in FAULTS} == {2}
@@ -77,7 +77,7 @@ def test_every_fault_is_drawn_as_often_as_the_others_on_both_simulators():
 
 
 @pytest.mark.parametrize("fault", [*FAULTS, *UNSEEN], ids=lambda fault: fault.name)
-def test_the_plugin_takes_every_fault_over_its_whole_range(fault, tmp_path):
+def test_plugin_accepts_whole_range_of_every_fault(fault, tmp_path):
     registry, rng = load_registry(), np.random.default_rng(2)
     context = DeviceContext("tester", SimulatedClock(), tmp_path)
     for _ in range(20):
@@ -88,12 +88,12 @@ def test_the_plugin_takes_every_fault_over_its_whole_range(fault, tmp_path):
 @pytest.mark.parametrize(
     "name", ["not a number", "blocks dropped", "block twice", "wrong order", "gap in time"]
 )
-def test_what_the_engine_sees_fails_the_recording(name):
+def test_faults_seen_by_engine_fail_the_recording(name):
     assert examine(Case(SIM, name, 1, 0)).answers == (RECORDING,)
 
 
 @pytest.mark.thorough
-def test_the_same_case_gives_the_same_and_clean_rigs_are_measured_right():
+def test_same_case_is_reproducible_and_clean_rig_measured_right():
     case = Case(SIM, "torque clipped", 1, 3)
     assert examine(case) == examine(case)
     clean = examine(Case(SIM, "", 1, 0))

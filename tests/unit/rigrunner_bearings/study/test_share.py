@@ -6,8 +6,8 @@ import pytest
 from rigrunner_bearings.study.share import Share, clustered, rate_interval
 
 
-def test_values_of_one_rig_that_agree_count_once():
-    """Ten rigs, eight values each, all held or none: as uncertain as ten values."""
+def test_values_that_agree_within_a_rig_count_once():
+    """Ten rigs of eight values, all within U or none: as uncertain as ten values."""
     hits = np.repeat([[1.0]] * 9 + [[0.0]], 8, axis=1)
     rate = clustered(hits)
     assert rate.rate == pytest.approx(0.9)
@@ -15,22 +15,22 @@ def test_values_of_one_rig_that_agree_count_once():
     assert rate.interval[0] < Share(72, 80).interval[0]
 
 
-def test_independent_values_count_each():
+def test_independent_values_count_separately():
     rng = np.random.default_rng(1)
     rate = clustered((rng.random((2000, 8)) < 0.95).astype(float))
     assert rate.effective == pytest.approx(16000, rel=0.1)
 
 
-def test_where_all_are_held_each_rig_counts_once():
+def test_full_coverage_counts_each_rig_once():
     assert clustered(np.ones((30, 8))).interval == Share(30, 30).interval
 
 
-def test_a_single_rig_is_one_value():
+def test_single_rig_is_one_value():
     assert clustered(np.array([[1.0, 0.0]])).effective == 1.0
 
 
-def test_the_interval_covers_as_often_as_it_says():
-    """Rigs with rates of their own: the pooled interval holds the true rate in about 95 %."""
+def test_interval_has_stated_coverage():
+    """Rigs with different rates: the pooled interval contains the true rate in about 95 %."""
     rng = np.random.default_rng(2)
     hits = 0
     for _ in range(400):
@@ -40,5 +40,5 @@ def test_the_interval_covers_as_often_as_it_says():
     assert 0.92 <= hits / 400 <= 0.99
 
 
-def test_of_nothing_held_the_interval_begins_at_zero():
+def test_interval_without_hits_begins_at_zero():
     assert rate_interval(0, 10)[0] == 0.0

@@ -1,4 +1,4 @@
-"""The analyses of torque, asked of plans by the checks of the core, with made-up methods."""
+"""The analyses of torque for the checks of plans, with made-up methods."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from rigrunner_bearings.api.measurand import Condition, MeasurandKind, Nature
 from rigrunner_bearings.torque.records import rigrunner_analyses
 
 STARTING = MeasurandKind(Nature.LOAD_INDUCED, Condition.AT_REVERSAL)
-ANALYSES = {each.name: each for each in rigrunner_analyses()}
+ANALYSES = {analysis.name: analysis for analysis in rigrunner_analyses()}
 METHODS = ("template", "energy")
 
 
@@ -35,27 +35,27 @@ class Methods:
 
 
 class Lookup:
-    """Asks the records as a registry does."""
+    """Queries the records as a registry does."""
 
     def __init__(self, kind=STARTING):
         self.context = AnalysisContext(plugins=Methods(kind))
 
     def definitions(self, name, settings):
-        return ANALYSES[name].yields(_told(name, settings), self.context)
+        return ANALYSES[name].yields(_settings(name, settings), self.context)
 
     def plan_problems(self, name, settings, planned):
-        return ANALYSES[name].plan_problems(_told(name, settings), planned, self.context)
+        return ANALYSES[name].plan_problems(_settings(name, settings), planned, self.context)
 
     def expects(self, name, settings, planned):
-        return ANALYSES[name].expects(_told(name, settings), planned, self.context)
+        return ANALYSES[name].expects(_settings(name, settings), planned, self.context)
 
 
-def _told(name, settings):
+def _settings(name, settings):
     return ANALYSES[name].settings_model.model_validate(settings)
 
 
 def planned(text=PROCEDURE, *, station=STATION, lookup=None):
-    """Plan a procedure on a station, and ask its analyses; return procedure, station and plan."""
+    """Plan a procedure on a station and check it; return procedure, station and both plans."""
     procedure, loaded = parse_procedure(text, "p.yaml"), parse_station(station, "s.yaml")
     plan = make_plan(procedure, loaded, {"tester": TESTER})
     to_come = run_to_come(procedure.model, loaded, plan, {"tester": TESTER})

@@ -1,4 +1,4 @@
-"""No-load points before and after the loaded ones: what drifts in between is taken out."""
+"""No-load points before and after the loaded ones: drift in between is removed."""
 
 from __future__ import annotations
 
@@ -23,9 +23,9 @@ FREQUENCIES = (5.0, 10.0, 20.0, 30.0, 35.0)
 START = datetime(2026, 1, 1, 12, tzinfo=UTC)
 RIG = RigParameters()
 WARMING = 0.06
-"""By what part the support's friction falls over the run."""
+"""The part by which the support's friction falls over the run."""
 PLACES = {"before": 0.0, "loaded": 0.5, "after": 1.0}
-NAMED = "drift between the no-load points"
+DRIFT_NAME = "drift between the no-load points"
 
 
 def support(place):
@@ -33,15 +33,15 @@ def support(place):
 
 
 def part(name, place, celsius):
-    """Return the recordings of one part of the run, an hour for the whole."""
+    """Return the recordings of one part of the run, which takes an hour."""
     load_n = 1000.0 if name == "loaded" else 0.0
     run = run_data(support(place), load_n, FREQUENCIES, seed=3)
-    begun = START + timedelta(hours=PLACES[name])
+    started = START + timedelta(hours=PLACES[name])
     return tuple(
         replace(
             recording,
             name=f"{name} {recording.name}",
-            started_utc=begun.isoformat(),
+            started_utc=started.isoformat(),
             conditions={**recording.conditions, "tester.temperature": 273.15 + celsius},
         )
         for recording in run.recordings
@@ -49,7 +49,7 @@ def part(name, place, celsius):
 
 
 def run_of(friction, celsius=(20.0, 20.0, 20.0), parts=tuple(PLACES)):
-    """Return a run whose support's friction is at those places between begin and end."""
+    """Return a run whose support friction is at these places between its start and end values."""
     arguments = zip(PLACES, friction, celsius, strict=True)
     recordings = sum((part(*place) for place in arguments if place[0] in parts), ())
     return replace(run_data(RIG, 1000.0, FREQUENCIES[:1], seed=3), recordings=recordings)
@@ -75,7 +75,7 @@ def between(before, loaded, after):
 
 
 def result_of_three(friction, **no_load):
-    """Return what is found of three runs of their own, at those places between begin and end."""
+    """Return the result of three separate runs, with the friction at these places."""
     before, loaded, after = (
         replace(run_of(friction, parts=(name,)), run_id=name, zeros={}) for name in PLACES
     )
@@ -87,8 +87,8 @@ def result_of_three(friction, **no_load):
             "compensations": ["template_inverse"],
         }
     )
-    known = {"acceptance": None, "measurand": MEASURAND, "lookup": load_registry()}
-    return analyse(between(before, loaded, after), (analysis_ref(spec),), **known)
+    settings = {"acceptance": None, "measurand": MEASURAND, "lookup": load_registry()}
+    return analyse(between(before, loaded, after), (analysis_ref(spec),), **settings)
 
 
 def errors_nm(compensation):
@@ -101,7 +101,7 @@ def errors_nm(compensation):
 
 
 def line(point):
-    return next((part for part in point.components if part.name.startswith(NAMED)), None)
+    return next((part for part in point.components if part.name.startswith(DRIFT_NAME)), None)
 
 
 STEADY = (0.0, 0.5, 1.0)
@@ -112,17 +112,17 @@ def drifting():
     return compensate(run_of(STEADY))
 
 
-def test_a_drift_over_time_is_taken_out(drifting):
-    """3 % of 0.76 N·m, of which some 0.8 are in the torque, against the points before alone."""
-    alone = compensate(run_of(STEADY, parts=("before", "loaded")))
-    assert errors_nm(alone).mean() < -0.014
+def test_drift_over_time_is_removed(drifting):
+    """3 % of 0.76 N·m, some 0.8 of it in the torque, against the points before alone."""
+    uncorrected = compensate(run_of(STEADY, parts=("before", "loaded")))
+    assert errors_nm(uncorrected).mean() < -0.014
     assert abs(errors_nm(drifting).mean()) < 0.003
 
 
-def test_half_the_difference_is_a_line_of_the_budget(drifting):
+def test_half_the_drift_is_a_budget_line(drifting):
     for error, point in zip(errors_nm(drifting), drifting.points, strict=True):
         drift = line(point)
-        assert drift.name == f"{NAMED} (time)"
+        assert drift.name == f"{DRIFT_NAME} (time)"
         assert drift.common
         # 6 % of 0.76 N·m and 0.8 of it in the torque, half of that, rectangular
         assert drift.u == pytest.approx(0.5 * 0.06 * 0.76 * 0.82 / np.sqrt(3), rel=0.25)
@@ -130,8 +130,8 @@ def test_half_the_difference_is_a_line_of_the_budget(drifting):
 
 
 @pytest.mark.thorough
-def test_the_interval_holds_a_drift_that_was_not_straight():
-    """Nearly all of it before the loaded points."""
+def test_interval_covers_nonlinear_drift():
+    """Nearly all of the drift is before the loaded points."""
     sudden = compensate(run_of((0.0, 0.9, 1.0)))
     error = errors_nm(sudden)
     assert error.mean() < -0.010
@@ -139,27 +139,27 @@ def test_the_interval_holds_a_drift_that_was_not_straight():
 
 
 @pytest.mark.thorough
-def test_a_temperature_tells_a_drift_that_was_not_straight():
+def test_temperature_corrects_nonlinear_drift():
     warm = compensate(
         run_of((0.0, 0.9, 1.0), celsius=(20.0, 29.0, 30.0)), drift="tester.temperature"
     )
-    assert line(warm.points[0]).name == f"{NAMED} (tester.temperature)"
+    assert line(warm.points[0]).name == f"{DRIFT_NAME} (tester.temperature)"
     assert abs(errors_nm(warm).mean()) < 0.003
 
 
 @pytest.mark.thorough
-def test_a_temperature_that_does_not_change_tells_nothing():
+def test_constant_temperature_falls_back_to_time():
     steady = compensate(run_of(STEADY), drift="tester.temperature")
     assert "by time, as tester.temperature does not tell" in line(steady.points[0]).name
     assert abs(errors_nm(steady).mean()) < 0.003
 
 
-def test_points_on_one_side_alone_have_no_such_line():
+def test_points_on_one_side_only_have_no_drift_line():
     alone = compensate(run_of(STEADY, parts=("before", "loaded")))
     assert all(line(point) is None for point in alone.points)
 
 
-def test_a_drift_over_a_channel_needs_points_of_the_run_itself():
+def test_drift_over_channel_needs_points_before_and_after():
     with pytest.raises(ValueError, match="'drift' needs 'after: true' or 'from: this run'"):
         SwingTorque.model_validate(
             {"no_load": {"procedure": "SSPB-NLI", "drift": "tester.temperature"}}
@@ -167,7 +167,7 @@ def test_a_drift_over_a_channel_needs_points_of_the_run_itself():
 
 
 @pytest.mark.thorough
-def test_runs_before_and_after_are_as_good_as_points_of_the_run_itself(drifting):
+def test_separate_runs_equal_points_of_the_same_run(drifting):
     result = result_of_three(STEADY)
     apart = TorqueDetails.of(result).compensations["template_inverse"]
     np.testing.assert_allclose(errors_nm(apart), errors_nm(drifting), atol=1e-6)
@@ -176,17 +176,17 @@ def test_runs_before_and_after_are_as_good_as_points_of_the_run_itself(drifting)
     assert result.run.partners["no_load_after"].run_id == "after"
 
 
-def test_two_runs_that_are_not_around_the_loaded_one_are_refused():
+def test_runs_that_do_not_bracket_loaded_run_are_refused():
     runs = [replace(run_of(STEADY, parts=(name,)), run_id=name) for name in PLACES]
     before, loaded, after = runs
     spec = SwingTorque.model_validate(
         {"no_load": {"procedure": "N", "after": True}, "compensations": ["template_inverse"]}
     )
-    known = {"acceptance": None, "measurand": MEASURAND, "lookup": load_registry()}
+    settings = {"acceptance": None, "measurand": MEASURAND, "lookup": load_registry()}
     with pytest.raises(DataError, match="before and loaded are not before and after after"):
-        analyse(between(before, after, loaded), (analysis_ref(spec),), **known)
+        analyse(between(before, after, loaded), (analysis_ref(spec),), **settings)
 
 
-def test_this_run_has_no_run_after_it():
+def test_after_needs_separate_no_load_runs():
     with pytest.raises(ValueError, match="'after' is for a run of its own"):
         SwingTorque.model_validate({"no_load": {"from": "this run", "after": True}})

@@ -1,4 +1,4 @@
-"""The doubt about the clocks of torque and angle, on a method whose answer to a shift is known."""
+"""Uncertain alignment of torque and angle clocks, on a method with a known response to a shift."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ def peaks(sweep):
 
 
 def _sine_nm(point):
-    """Return the first harmonic's sine part: it answers a shift of a cosine to first order."""
+    """Return the first harmonic's sine part: linear in a small shift of a cosine."""
     mean = point.torque_nm.mean(axis=0)
     return -2 * np.fft.rfft(mean)[1].imag / len(mean)
 
@@ -47,21 +47,21 @@ def _point_of(value):
 
 
 def sweep_of(u_s):
-    """Return a sweep of cos(phi), amplitude 3 loaded and 1 without load, so badly aligned."""
+    """Return a sweep of cos(phi), amplitude 3 loaded and 1 without load, aligned to `u_s`."""
     loaded = replace(swing_point(np.full(6, 3.0), HERTZ), alignment_u_s=u_s)
     no_load = replace(swing_point(np.full(6, 1.0), HERTZ, load_n=0.0), alignment_u_s=u_s)
     return Sweep((loaded,), (no_load,), RIG, instrument(), lambda _: None)
 
 
 def effect_nm(u_s):
-    """Both runs' own errors: hypot(3, 1) times a small angle of the cycle."""
+    """The independent errors of both runs: hypot(3, 1) times a small angle of the cycle."""
     return np.hypot(3, 1) * 2 * np.pi * HERTZ * u_s
 
 
 TOLERATED_S = SHARE * TORQUE_NM / effect_nm(1.0)
 
 
-def test_within_the_tolerance_it_is_a_line_of_the_budget():
+def test_tolerable_misalignment_is_a_budget_line():
     u_s = 0.5 * TOLERATED_S
     compensation = compensated(difference, sweep_of(u_s))
     (line,) = (c for c in compensation.points[0].components if c.name == ALIGNMENT)
@@ -73,7 +73,7 @@ def test_within_the_tolerance_it_is_a_line_of_the_budget():
     assert compensation.not_applicable == ""
 
 
-def test_beyond_it_is_refused_with_what_is_and_what_may_be():
+def test_intolerable_misalignment_is_refused_with_limits():
     u_s = 2 * TOLERATED_S
     compensation = compensated(difference, sweep_of(u_s))
     assert compensation.points == ()
@@ -86,7 +86,7 @@ def test_beyond_it_is_refused_with_what_is_and_what_may_be():
     assert check.value == pytest.approx(2.0, rel=1e-2)
 
 
-def test_a_single_value_has_no_doubt_about_its_clocks():
+def test_single_value_has_no_clock_uncertainty():
     value = PeakPoint(
         recording="table 1",
         set_frequency_hz=HERTZ,
@@ -99,23 +99,23 @@ def test_a_single_value_has_no_doubt_about_its_clocks():
     assert (alignment.u_s, alignment.effect) == (0.0, 0.0)
 
 
-def test_a_doubt_of_a_whole_cycle_does_not_pass_for_none():
+def test_misalignment_of_whole_cycle_is_refused():
     compensation = compensated(difference, sweep_of(1 / HERTZ))
     assert compensation.not_applicable
 
 
-def test_methods_that_no_shift_moves_are_left_alone():
+def test_methods_without_phase_are_unaffected():
     compensation = compensated(peaks, sweep_of(1.0))
     assert compensation.points
     assert compensation.checks == ()
 
 
-def test_one_clock_leaves_no_doubt():
+def test_one_clock_needs_no_check():
     compensation = compensated(difference, sweep_of(0.0))
     assert compensation.checks == compensation.notes == ()
 
 
-def test_the_uncertainty_is_that_of_both_channels():
+def test_uncertainty_combines_both_channels():
     conditions = {"tester.angle_alignment_u": 3e-6, "tester.torque_alignment_u": 4e-6}
     recording = Recording("001", 1e4, "", {}, {}, {}, conditions)
     assert alignment_u_s(recording, "tester.torque", "tester.angle") == pytest.approx(5e-6)
@@ -123,7 +123,7 @@ def test_the_uncertainty_is_that_of_both_channels():
     assert alignment_u_s(recording, "other.torque", "other.angle") == 0.0
 
 
-def test_a_method_that_fails_on_two_clocks_says_that_there_are_two():
+def test_failure_on_two_clocks_mentions_the_clocks():
     def failing(_sweep):
         raise DataError("no reversal", hint="look at the signal")
 

@@ -1,4 +1,4 @@
-"""Set-points that contradict each other, against Birge's ratio by hand."""
+"""Inconsistent set-points, against Birge's ratio computed by hand."""
 
 from __future__ import annotations
 
@@ -15,8 +15,8 @@ from rigrunner_bearings.torque.consistency import TREND, agreement
 HERTZ = np.array([1.0, 3.0, 5.0, 8.0, 10.0, 15.0, 20.0, 25.0, 30.0, 35.0])
 
 
-def points(torques, own=0.003):
-    part = Component("scatter", own, inf, "normal", common=False)
+def points(torques, own_u=0.003):
+    part = Component("scatter", own_u, inf, "normal", common=False)
     common = Component("gain", 0.1, inf, "normal", common=True)
     return [
         CompensatedPoint(f, f, 5.0, 4.0, Estimate(float(t), 0.1), (part, common))
@@ -24,16 +24,16 @@ def points(torques, own=0.003):
     ]
 
 
-def test_a_trend_that_friction_may_have_is_no_contradiction():
+def test_plausible_trend_of_friction_is_consistent():
     check = agreement(points(0.9 - 0.05 * np.sqrt(HERTZ) + 0.002 * HERTZ))
     assert check.ok
     assert check.value == pytest.approx(0.0, abs=1e-9)
 
 
-def test_scatter_beyond_the_own_uncertainties_widens_them_by_the_birge_ratio():
-    off = np.zeros(10)
-    off[6] = 0.05
-    check = agreement(points(0.8 + off))
+def test_excess_scatter_widens_uncertainty_by_birge_ratio():
+    deviations = np.zeros(10)
+    deviations[6] = 0.05
+    check = agreement(points(0.8 + deviations))
     sigma = np.hypot(0.003, TREND * 0.805)
     basis = np.stack([np.ones(10), HERTZ, np.sqrt(HERTZ)], axis=1)
     projected = np.eye(10) - basis @ np.linalg.solve(basis.T @ basis, basis.T)
@@ -46,7 +46,7 @@ def test_scatter_beyond_the_own_uncertainties_widens_them_by_the_birge_ratio():
     np.testing.assert_allclose(widened, ratio * sigma)
 
 
-def test_false_alarms_are_as_rare_as_said():
+def test_false_alarm_rate_is_as_stated():
     rng = np.random.default_rng(3)
     sigma = np.hypot(0.003, TREND * 0.8)
     alarms = sum(
@@ -55,7 +55,7 @@ def test_false_alarms_are_as_rare_as_said():
     assert alarms <= 12, "1 % of 500, and what chance may add"
 
 
-def test_few_frequencies_show_no_trend():
+def test_few_frequencies_are_not_checked():
     check = agreement(points([0.8] * 10)[:4])
     assert check.ok
     assert check.text == "not checked: fewer than 5 frequencies"

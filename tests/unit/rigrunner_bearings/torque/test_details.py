@@ -1,4 +1,4 @@
-"""What the record of the torque gives to certificates and to plugins of 0.1.0."""
+"""The details of torque for certificates and for plugins of 0.1.0."""
 
 from __future__ import annotations
 
@@ -26,13 +26,13 @@ def result(*details):
     return Result(run=run_of(), measurand="", symbol="", details=details)
 
 
-def test_a_certificate_rests_on_the_channels_of_torque_and_load():
+def test_certificate_rests_on_torque_and_load_channels():
     run = run_of(recording([1.0] * 10, load_n=1000.0))
     (torque,) = analysed(run, None, no_load_spec()).details
     assert torque.certified(run).channels == {"tester.torque", "tester.load"}
 
 
-def test_what_is_beyond_a_calibrated_range_is_said_of_the_run_in_which_it_was():
+def test_range_deviation_names_the_run_it_occurred_in():
     narrow = instrument().model_copy(
         update={"range_": CalibratedRange(max=parse_quantity("1.5 N·m"))}
     )
@@ -46,12 +46,12 @@ def test_what_is_beyond_a_calibrated_range_is_said_of_the_run_in_which_it_was():
     assert beyond.run_id == "unloaded"
 
 
-def test_two_loads_at_one_frequency_are_two_recordings_of_the_certificate():
-    """Of two points whose frequency is the same number each has its own recording and load."""
+def test_two_loads_at_one_frequency_are_two_certified_recordings():
+    """Two points at the same frequency each have their own recording and load."""
     loaded = [
         recording([peak] * 10, load_n=load_n) for peak, load_n in ((1.0, 500.0), (2.0, 1000.0))
     ]
-    run = run_of(*(replace(each, name=name) for each, name in zip(loaded, "AB", strict=True)))
+    run = run_of(*(replace(rec, name=name) for rec, name in zip(loaded, "AB", strict=True)))
     no_load = run_of(recording([0.5] * 10, load_n=0.0))
     method = spec(compensations=["peak_same_frequency"], primary="peak_same_frequency")
     (torque,) = analysed(run, no_load, method).details
@@ -62,7 +62,7 @@ def test_two_loads_at_one_frequency_are_two_recordings_of_the_certificate():
     ]
 
 
-def test_plugins_made_by_the_first_version_still_find_the_compensations():
+def test_compensations_still_work_with_deprecation_warning():
     details = TorqueDetails(compensations={"a": None})
     with pytest.warns(DeprecationWarning, match="import compensations_of from"):
         assert result(AnalysisDetails(), details).compensations == {"a": None}

@@ -1,4 +1,4 @@
-"""By how much what is found in the recordings moves a result, by the budget's own inputs."""
+"""Effects of problems in the recordings on a result, by the inputs of the budget."""
 
 from __future__ import annotations
 
@@ -34,10 +34,12 @@ def compensation(name, input_u, sensitivity):
 
 
 def biases_of(name, point, primary, *runs, moved_nm=()):
-    """Return the biases of a check that is to have found something."""
+    """Return the biases of a check that must have failed."""
     run, no_load_run = (*runs, None, None)[:2]
-    diagnosed = PreparedRuns(run or run_of(recording(PEAKS)), no_load_run, (point,), (), moved_nm)
-    (check,) = (c for c in diagnose(diagnosed, primary, own_no_load=False) if c.name == name)
+    prepared_runs = PreparedRuns(
+        run or run_of(recording(PEAKS)), no_load_run, (point,), (), moved_nm
+    )
+    (check,) = (c for c in diagnose(prepared_runs, primary, own_no_load=False) if c.name == name)
     assert not check.ok
     return [bias.value for bias in check.biases]
 
@@ -48,15 +50,15 @@ def point_with(scale=1.0):
     return type(point)(**vars(point) | {"angle_rad": angle})
 
 
-def test_another_stroke_moves_it_as_another_scale_of_the_angle_does():
-    """0.3 N·m for all of the scale; the swing is 5 % too large, and 8 phases all but show it."""
+def test_stroke_error_acts_as_angle_scale_error():
+    """0.3 N·m for 100 % of scale; the swing is 5 % too large, seen at 8 phases."""
     primary = compensation("angle scale", 0.005 / sqrt(3), 0.3)
     assert biases_of("stroke", point_with(1.05), primary) == [pytest.approx(0.015, rel=0.03)]
 
 
 @pytest.mark.parametrize("line", ["sensor drift", "zero drift"])
-def test_zeros_that_differ_are_a_drift(line):
-    """0.05 N·m between the zeros, of which a fortieth reaches the result."""
+def test_different_zeros_are_a_drift(line):
+    """0.05 N·m between the zeros, a fortieth of which reaches the result."""
     run = run_of(recording(PEAKS), zeros={"tester.torque": 0.05})
     no_load = run_of(recording(PEAKS), zeros={"tester.torque": 0.0})
     primary = compensation(line, 0.02 / sqrt(3), 1 / 40)
@@ -65,7 +67,7 @@ def test_zeros_that_differ_are_a_drift(line):
 
 
 @pytest.mark.parametrize(("peak_nm", "moved_nm"), [(9.8, 0.0), (12.0, 0.0016)])
-def test_beyond_full_scale_the_error_curve_becomes_steeper(peak_nm, moved_nm):
+def test_error_curve_is_steeper_beyond_full_scale(peak_nm, moved_nm):
     """4 a x (1 - x) has the slope 4 a (1 - 2 x): by 0.4 of that at 1 more where x = 1.2.
 
     The limit is 0.1 %, and the result 4 N·m times the slope's share.
@@ -75,12 +77,12 @@ def test_beyond_full_scale_the_error_curve_becomes_steeper(peak_nm, moved_nm):
     assert biases_of("range", point_with(), primary, run) == [pytest.approx(moved_nm, rel=0.01)]
 
 
-def test_too_few_samples_move_it_as_half_of_them_do():
+def test_too_few_samples_act_as_half_of_them():
     primary = compensation("finite band", 0.001, 1.0)
     biases = biases_of("samples per cycle", point_with(), primary, moved_nm=(0.004,))
     assert biases == [0.004]
 
 
-def test_what_no_input_of_the_method_says_is_a_note():
+def test_problem_without_matching_input_is_a_note():
     primary = compensation("scatter between cycles", 0.001, 1.0)
     assert biases_of("stroke", point_with(1.05), primary) == [0.0]

@@ -24,12 +24,12 @@ def content(name, **settings):
 
 
 @pytest.mark.parametrize("name", ["polynomial", "aicc", "pchip"])
-def test_it_is_json_without_nan(name):
+def test_fit_is_json_without_nan(name):
     document = content(name)
     assert json.loads(json.dumps(document, allow_nan=False)) == document
 
 
-def test_goodness_of_the_papers_quadratic():
+def test_goodness_of_fit_of_paper_quadratic():
     """Residual s from RSS 0.110883 over 5 degrees of freedom; the RMSE over all 8 points."""
     curve = content("polynomial")["curve"]
     assert curve["residual_standard_deviation"] == pytest.approx((0.11088321928400216 / 5) ** 0.5)
@@ -37,7 +37,7 @@ def test_goodness_of_the_papers_quadratic():
     assert curve["chosen_from"] is None
 
 
-def test_each_point_has_the_curve_and_its_bands():
+def test_each_point_has_curve_and_bands():
     """u(Tg) of the paper's quadratic at 10 Hz is 0.0710535; t95(5) = 2.570582."""
     at_points = content("polynomial")["at_the_points"]
     assert at_points["curve"][2] == pytest.approx(1.569065, abs=5e-7)
@@ -47,7 +47,7 @@ def test_each_point_has_the_curve_and_its_bands():
     assert at_points["unit"] == "N·m"
 
 
-def test_a_choice_shows_all_that_it_was_made_from():
+def test_chosen_fit_lists_its_candidates():
     document = content("aicc", candidates=[[0, 1, 2], [0, 1, 4], [0, 1, 2, 3, 4, 5]])
     chosen_from = document["curve"]["chosen_from"]
     assert chosen_from["criterion"] == "AICc"
@@ -64,7 +64,7 @@ def test_a_choice_shows_all_that_it_was_made_from():
     assert chosen_from["candidates"][2]["problem"] == "AICc of 6 coefficients needs 9 points, got 8"
 
 
-def test_what_an_interpolation_does_not_know_is_null():
+def test_unknown_statistics_of_interpolation_are_null():
     document = content("pchip")
     assert document["curve"]["residual_standard_deviation"] is None
     assert document["curve"]["r_squared"] is None
@@ -72,7 +72,7 @@ def test_what_an_interpolation_does_not_know_is_null():
     assert document["at_the_points"]["prediction_95"] == [None] * 8
 
 
-def test_without_a_curve_there_is_the_reason():
+def test_failed_fit_has_its_reason():
     document = fit(FittedTorque("polynomial", POINTS, None, problem="too few"))
     assert (document["curve"], document["at_the_points"], document["problem"]) == (
         None,

@@ -23,7 +23,7 @@ def shared(name, u, dof=inf):
     return Component(name, u, dof, "rectangular", common=True)
 
 
-def test_the_value_is_the_mean_over_set_points():
+def test_value_is_mean_over_set_points():
     assert compensated_mean([point(0.7), point(0.8), point(0.6)]).value == pytest.approx(0.7)
 
 
@@ -40,14 +40,14 @@ def test_common_errors_do_not_average_out():
     assert mean.dof == inf
 
 
-def test_different_common_errors_are_independent_of_each_other():
+def test_different_common_errors_are_independent():
     effects = (shared("gain", 0.03), shared("drift", 0.04, 5.0))
     mean = compensated_mean([point(0.7, *effects), point(0.7, *effects)])
     assert mean.u == pytest.approx(0.05)
     assert mean.dof == pytest.approx(5 * 0.05**4 / 0.04**4)
 
 
-def test_raw_mean_carries_the_sensor():
+def test_raw_mean_includes_sensor_errors():
     points = [swing_point([2.0, 2.2, 2.1], 5.0), swing_point([4.0, 4.2, 4.1], 10.0)]
     sensor = instrument(gain="1 %", drift="0.03 N·m", nonlinearity="0.1 %")
     mean = raw_peak_mean(points, sensor, zeroed=True)
@@ -57,7 +57,7 @@ def test_raw_mean_carries_the_sensor():
     assert mean.u == pytest.approx(sqrt(scatter**2 + gain**2 + drift**2 + bend**2), rel=1e-4)
 
 
-def test_without_a_zero_reading_the_offset_counts():
+def test_offset_counts_without_zero_reading():
     points = [swing_point([2.0, 2.0, 2.0], 5.0)]
     accuracy = {"gain": "0 %", "offset": "0.06 N·m", "drift": "0 N·m", "nonlinearity": "0 %"}
     sensor = instrument().model_validate(

@@ -43,7 +43,7 @@ def begin(fold, full_recording, run):
 
 
 def follow(fold, full_recording, run, size=200):
-    """Give a fold a whole recording, as it is read; return the curves."""
+    """Feed a recording to a fold block by block; return the curves."""
     begin(fold, full_recording, run)
     curves = []
     for block in blocks_of(full_recording, size):
@@ -60,7 +60,7 @@ def swings():
     return run_of_swings(0)
 
 
-def test_the_torque_is_that_of_the_stored_analysis_to_the_last_bit(swings):
+def test_live_torque_equals_stored_analysis_bit_for_bit(swings):
     fold, analysis = fold_of()
     for full_recording in swings.recordings:
         follow(fold, full_recording, replace(swings, recordings=()))
@@ -79,7 +79,7 @@ def test_the_torque_is_that_of_the_stored_analysis_to_the_last_bit(swings):
     )
 
 
-def test_without_the_partner_run_there_are_the_measured_peaks_alone(swings):
+def test_without_partner_run_only_measured_peaks_are_shown(swings):
     fold, _ = fold_of()
     follow(fold, swings.recordings[1], replace(swings, recordings=(), partners={}))
     findings = fold.findings()
@@ -88,7 +88,7 @@ def test_without_the_partner_run_there_are_the_measured_peaks_alone(swings):
     assert series == "measured"
 
 
-def test_the_swings_are_drawn_and_corrected_once_the_correction_is_known(swings):
+def test_swings_are_compensated_once_correction_is_known(swings):
     fold, _ = fold_of()
     (full_recording,) = swings.recordings[2:3]
     run = replace(swings, recordings=())
@@ -104,19 +104,19 @@ def test_the_swings_are_drawn_and_corrected_once_the_correction_is_known(swings)
     assert np.ptp(compensated) < np.ptp(after[0].series["measured"]) / 2
 
 
-def test_no_more_is_kept_than_the_latest_samples(monkeypatch):
+def test_only_latest_samples_are_kept(monkeypatch):
     monkeypatch.setattr(live, "KEPT_SAMPLES", 2000)
     full_recording = recording(np.tile(2 + 0.01 * np.arange(60), 5), 10.0)
     fold, _ = fold_of()
     follow(fold, full_recording, run_of(full_recording))
     fold.findings()
-    least = max(2000, live.KEPT_CYCLES * full_recording.rate_hz / 10.0)
-    assert least <= fold._current.window().samples <= least + 200
+    minimum = max(2000, live.KEPT_CYCLES * full_recording.rate_hz / 10.0)
+    assert minimum <= fold._current.window().samples <= minimum + 200
     latest = full_recording.channels["tester.torque"][-fold._current.window().samples :]
     assert np.array_equal(fold._current.window().channels["tester.torque"], latest)
 
 
-def test_after_a_gap_it_begins_anew(swings):
+def test_fold_restarts_after_a_gap(swings):
     fold, _ = fold_of()
     full_recording = swings.recordings[2]
     run = replace(swings, recordings=())
@@ -128,7 +128,7 @@ def test_after_a_gap_it_begins_anew(swings):
 
 
 @pytest.mark.parametrize("frequency_hz", [0.0, None])
-def test_what_does_not_swing_is_left_out(frequency_hz):
+def test_recording_without_frequency_is_ignored(frequency_hz):
     full_recording = recording(2 + 0.01 * np.arange(60), 10.0)
     setpoints = {} if frequency_hz is None else {"tester.frequency": frequency_hz}
     fold, _ = fold_of()
@@ -136,7 +136,7 @@ def test_what_does_not_swing_is_left_out(frequency_hz):
     assert fold.findings().results == ()
 
 
-def test_what_is_not_kept_is_drawn_and_enters_no_result(swings):
+def test_unnamed_recording_is_drawn_but_gives_no_result(swings):
     fold, _ = fold_of()
     full_recording = replace(swings.recordings[2], name="")
     assert follow(fold, full_recording, replace(swings, recordings=()))

@@ -25,20 +25,20 @@ def tolerance(loads=(1000.0,), torque="tester.torque", **cell):
 @pytest.mark.parametrize(
     ("accuracy", "expected"), [("0.5 % FS", 0.015), ("1 % reading", 0.01), ("4 N", 0.004)]
 )
-def test_the_register_knows_the_load(accuracy, expected):
+def test_register_gives_load_tolerance(accuracy, expected):
     assert tolerance(accuracy=accuracy) == pytest.approx(expected)
 
 
-def test_the_least_load_is_known_least():
+def test_smallest_load_has_largest_relative_tolerance():
     assert tolerance((2000.0, 500.0, 0.0), accuracy="4 N") == pytest.approx(0.008)
 
 
-def test_points_say_it_where_no_accuracy_does():
+def test_calibration_points_give_tolerance_without_accuracy():
     points = [{"applied": "1 kN", "indicated": "1.002 kN", "U": "3 N"}]
     assert tolerance(points=points) == pytest.approx(0.005)
 
 
-def test_otherwise_the_station_does():
+def test_station_gives_tolerance_without_instrument():
     assert tolerance() == RIG.load_tolerance == 0.005
     assert tolerance(torque="other.torque", accuracy="4 N") == RIG.load_tolerance
     assert tolerance((0.0,), accuracy="4 N") == RIG.load_tolerance

@@ -1,4 +1,4 @@
-"""Spoiled settings of the analysis of torque: each is refused with its place."""
+"""Invalid settings of the analysis of torque are refused with their location."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from unit.rigrunner_bearings.torque.helpers_planning import planned
 
 AT = "analysis[0].swing_torque"
 
-# old part, new part, where the finger points, field, message, hint
+# old part, new part, text at the reported location, field, message, hint
 SETTINGS = [
     ("from: latest", "form: latest", "form", f"{AT}.no_load.form", "unknown key 'form'",
      "did you mean 'from'? known keys: from, procedure, max_age, same, after, drift"),
@@ -73,11 +73,11 @@ def read(text):
     [*((read, case) for case in SETTINGS), *((planned, case) for case in CONTRADICTIONS)],
     ids=lambda case: (case[1] or case[0])[:30] if isinstance(case, tuple) else case.__name__,
 )
-def test_spoiled_settings(check, case):
-    old, new, finger, field, message, hint = case
+def test_invalid_settings_are_refused_with_location(check, case):
+    old, new, anchor, field, message, hint = case
     text = edited(PROCEDURE, (old, new))
     problem = only_problem(check, text)
     assert message in problem.message
     assert problem.field == field
     assert hint in problem.hint
-    assert str(problem.location) == f"p.yaml:{place_of(text, finger)}"
+    assert str(problem.location) == f"p.yaml:{place_of(text, anchor)}"

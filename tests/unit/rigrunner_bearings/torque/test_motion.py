@@ -21,8 +21,8 @@ def phase_of(rec):
     return 2 * np.pi * np.arange(-0.4, len(PEAKS) + 0.4, HERTZ / RATE_HZ)[: rec.samples]
 
 
-def shown_by(channel, unit, values_of):
-    """Return the recording with that channel in place of its angle."""
+def recording_with(channel, unit, values_of):
+    """Return the recording with `channel` in place of its angle."""
     rec = recording(PEAKS, HERTZ)
     values = values_of(phase_of(rec))
     torque = rec.channels["tester.torque"]
@@ -34,13 +34,13 @@ def shown_by(channel, unit, values_of):
 
 
 def by_index(at_rad=0.0):
-    return shown_by(
+    return recording_with(
         "tester.index", "1", lambda phase: ((phase - at_rad) % (2 * np.pi) < 0.3).astype(float)
     )
 
 
 def by_tacho(offset=0.0):
-    return shown_by(
+    return recording_with(
         "tester.velocity", "rad/s", lambda phase: angular_velocity(phase, HERTZ, RATIO) + offset
     )
 
@@ -71,26 +71,26 @@ def test_index_and_tacho_give_frequency_phase_and_swings(rec, source):
     assert point.peak_nm == pytest.approx(PEAKS[: point.cycles], rel=3e-4)
 
 
-def test_the_station_says_where_the_index_stands():
+def test_station_states_index_phase():
     point = prepared(by_index(at_rad=1.1), index_phase="1.1 rad")
     assert phase_error_rad(point) == pytest.approx(0, abs=0.012)
     wrong = prepared(by_index(at_rad=1.1))
     assert phase_error_rad(wrong) == pytest.approx(1.1, abs=0.02)
 
 
-def test_a_tacho_with_an_offset_shows_the_same():
+def test_tacho_offset_does_not_matter():
     plain, offset = prepared(by_tacho()), prepared(by_tacho(offset=0.3))
     assert phase_error_rad(offset) == pytest.approx(phase_error_rad(plain), abs=2e-3)
     assert offset.angle_rad == pytest.approx(plain.angle_rad, abs=2e-4)
 
 
-def test_the_scale_of_a_tacho_does_not_matter_for_the_phase():
+def test_tacho_scale_does_not_affect_phase():
     rec = by_tacho()
     doubled = dict(rec.channels) | {"tester.velocity": 1.3 * rec.channels["tester.velocity"]}
     assert phase_error_rad(prepared(replace(rec, channels=doubled))) == pytest.approx(0, abs=1e-3)
 
 
-def test_their_phase_has_an_uncertainty():
+def test_phase_of_index_and_tacho_is_uncertain():
     tolerance = np.deg2rad(2.0)
     index = prepared(by_index(), phase_tolerance="2 deg")
     tacho = prepared(by_tacho(), phase_tolerance="2 deg")
@@ -101,7 +101,7 @@ def test_their_phase_has_an_uncertainty():
     assert prepared(recording(PEAKS)).phase_common_u_rad == 0.0
 
 
-def test_the_angle_counts_before_the_tacho_and_the_tacho_before_the_index():
+def test_angle_is_preferred_to_tacho_and_tacho_to_index():
     angle, tacho, index = recording(PEAKS, HERTZ), by_tacho(), by_index()
     two = replace(
         tacho,
@@ -115,26 +115,26 @@ def test_the_angle_counts_before_the_tacho_and_the_tacho_before_the_index():
     assert prepared(three).motion is MotionSource.ANGLE
 
 
-def test_a_tacho_of_the_crank_is_no_swing():
-    rec = shown_by("tester.velocity", "rad/s", lambda phase: np.full(len(phase), 45.9))
+def test_tacho_of_crank_is_refused():
+    rec = recording_with("tester.velocity", "rad/s", lambda phase: np.full(len(phase), 45.9))
     with pytest.raises(DataError, match=r"tester\.velocity: the velocity never changes its sign"):
         prepared(rec)
 
 
-def test_an_index_that_misses_names_recording_and_channel():
-    rec = shown_by("tester.index", "1", np.zeros_like)
+def test_missing_index_pulses_name_recording_and_channel():
+    rec = recording_with("tester.index", "1", np.zeros_like)
     with pytest.raises(DataError, match=r"recording 7\.3Hz, tester\.index: 0 pulses"):
         prepared(rec)
 
 
-def test_four_cycles_by_entry_are_refused():
+def test_four_cycles_by_entered_frequency_are_refused():
     rec = recording(PEAKS[:4])
     bare = replace(rec, channels={"tester.torque": rec.channels["tester.torque"]})
     with pytest.raises(DataError, match=r"tester\.torque: 4 whole cycles, but 5 are needed"):
         prepared(bare)
 
 
-def test_what_stood_for_the_angle_is_said():
+def test_substitute_for_angle_is_reported():
     assert motion_check([prepared(recording(PEAKS))]).ok
     index = motion_check([prepared(by_index())], "no-load run: ")
     assert (index.name, index.ok) == ("no-load run: angle channel", False)

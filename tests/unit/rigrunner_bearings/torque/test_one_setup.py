@@ -20,7 +20,7 @@ def with_transducer(**changes):
     return run_of(instruments={CHANNEL: instrument().model_copy(update=changes)})
 
 
-def test_the_same_register_is_one_set_up():
+def test_same_register_is_one_setup():
     check = setup_check(run_of(), run_of())
     assert check.ok
     assert check.decisive
@@ -49,36 +49,36 @@ def test_the_same_register_is_one_set_up():
         ),
     ],
 )
-def test_another_transducer_filter_or_swing_is_not(no_load, words):
+def test_different_transducer_filter_or_swing_is_not_one_setup(no_load, words):
     check = setup_check(run_of(), no_load)
     assert not check.ok
     assert words in check.text
 
 
-def test_a_channel_that_one_run_has_alone_is_not_compared():
+def test_channel_of_one_run_only_is_not_compared():
     assert setup_check(run_of(), run_of(instruments={})).ok
 
 
 @pytest.mark.parametrize(("load_n", "ok"), [(0.0, True), (9.9, True), (-10.1, False), (100, False)])
-def test_a_no_load_run_that_was_loaded(load_n, ok):
-    """Of 1000 N, 1 % are 10 N: the torque is short by as much."""
+def test_loaded_no_load_run_is_flagged(load_n, ok):
+    """1 % of 1000 N is 10 N: the torque is too low by 1 %."""
     loaded, no_load = swing_point(PEAKS, 10.0), swing_point(PEAKS, 10.0, load_n=load_n)
     check = unloaded_check([loaded], [no_load], ())
     assert check.ok is ok
     assert ok or check.text == f"10Hz was made under {load_n:.4g} N"
 
 
-def test_against_the_least_load():
+def test_residual_load_is_compared_with_smallest_load():
     loaded = [swing_point(PEAKS, 10.0), swing_point(PEAKS, 20.0, load_n=100.0)]
     assert not unloaded_check(loaded, [replace(loaded[0], load_n=2.0)], ()).ok
 
 
-def test_without_load_there_is_nothing_to_check():
+def test_unloaded_run_is_not_checked():
     point = swing_point(PEAKS, 10.0, load_n=0.0)
     assert unloaded_check([point], [point], ()).text == "not checked: the run has no load"
 
 
-def test_what_was_left_of_the_load_is_missing_in_the_torque():
+def test_residual_load_reduces_torque_in_proportion():
     """By Coulomb's law: 3 % of the load, 3 % of the torque."""
     loaded, no_load = swing_point([1.0, 1.1], 5.0, load_n=1000.0), swing_point([0.5, 0.5], 5.0)
     point = CompensatedPoint(5.0, 5.0, 1.0, 0.2, Estimate(0.8, 0.01), ())

@@ -1,4 +1,4 @@
-"""The doubt about the phase, on a method whose answer to a shift is known."""
+"""Uncertain phase, on a method with a known response to a shift."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ BASE = Component("scatter", 0.01, 9.0, "normal", common=False)
 
 
 def first_sine_nm(point):
-    """Return the first harmonic's sine part: it answers a shift of a cosine to first order."""
+    """Return the first harmonic's sine part: linear in a small shift of a cosine."""
     mean = point.torque_nm.mean(axis=0)
     return -2 * np.fft.rfft(mean)[1].imag / len(mean)
 
@@ -42,9 +42,9 @@ def point_of(value):
 
 def sweep_of(common=0.0, own=0.0):
     """Return a sweep of cos(phi), amplitude 3 loaded and 1 without load."""
-    doubt = {"phase_common_u_rad": common, "phase_u_rad": own}
-    loaded = replace(swing_point(np.full(6, 3.0), 10.0), **doubt)
-    no_load = replace(swing_point(np.full(6, 1.0), 10.0, load_n=0.0), **doubt)
+    uncertainty = {"phase_common_u_rad": common, "phase_u_rad": own}
+    loaded = replace(swing_point(np.full(6, 3.0), 10.0), **uncertainty)
+    no_load = replace(swing_point(np.full(6, 1.0), 10.0, load_n=0.0), **uncertainty)
     return Sweep((loaded,), (no_load,), RIG, instrument(), lambda _: None)
 
 
@@ -52,13 +52,13 @@ def component(compensation, name):
     return next((c.u for c in compensation.points[0].components if c.name == name), None)
 
 
-def test_an_angle_leaves_the_method_as_it_is():
+def test_angle_channel_adds_no_phase_uncertainty():
     compensation = compensated(difference, sweep_of())
     assert compensation.points[0].components == (BASE,)
     assert compensation.notes == ()
 
 
-def test_a_common_error_moves_both_runs():
+def test_common_error_moves_both_runs():
     compensation = compensated(difference, sweep_of(common=0.02))
     assert component(compensation, COMMON) == pytest.approx((3 - 1) * np.sin(0.02))
     assert component(compensation, OWN) is None
@@ -66,7 +66,7 @@ def test_a_common_error_moves_both_runs():
 
 
 @pytest.mark.parametrize("sign", [1, -1])
-def test_the_worse_of_early_and_late_counts(sign):
+def test_larger_effect_of_early_and_late_counts(sign):
     def one_sided(varied_sweep):
         (point,) = difference(varied_sweep).points
         return Compensation("one-sided", (point_of(max(sign * point.torque.value, 0.0)),))
@@ -75,13 +75,13 @@ def test_the_worse_of_early_and_late_counts(sign):
     assert component(compensation, COMMON) == pytest.approx((3 - 1) * np.sin(0.02))
 
 
-def test_the_own_errors_of_both_runs_add_as_independent():
+def test_independent_errors_of_both_runs_add_in_quadrature():
     compensation = compensated(difference, sweep_of(own=0.02))
     assert component(compensation, OWN) == pytest.approx(np.hypot(3, 1) * np.sin(0.02))
     assert component(compensation, COMMON) is None
 
 
-def test_each_point_of_a_run_is_moved_by_its_own_error():
+def test_each_point_is_moved_by_its_own_error():
     single = sweep_of(own=0.02)
     several = replace(single, loaded=3 * single.loaded, no_load=3 * single.no_load)
     compensation = compensated(difference, several)
@@ -89,7 +89,7 @@ def test_each_point_of_a_run_is_moved_by_its_own_error():
     assert u_own == pytest.approx([np.hypot(3, 1) * np.sin(0.02)] * 3)
 
 
-def test_the_combined_uncertainty_contains_them():
+def test_combined_uncertainty_includes_phase():
     point = compensated(difference, sweep_of(common=0.02, own=0.01)).points[0]
     parts = [BASE.u, 2 * np.sin(0.02), np.sqrt(10) * np.sin(0.01)]
     assert point.torque.u == pytest.approx(np.sqrt(np.sum(np.square(parts))))
@@ -97,7 +97,7 @@ def test_the_combined_uncertainty_contains_them():
     assert [part.common for part in point.components] == [False, True, False]
 
 
-def test_a_peak_method_does_not_care():
+def test_peak_methods_are_unaffected():
     compensation = compensated(peaks, sweep_of(common=0.02, own=0.01))
     assert compensation.points[0].components == (BASE,)
     assert compensation.notes == ()

@@ -1,4 +1,4 @@
-"""A limit of another torque than the one that is measured is refused before the run."""
+"""A limit for another torque than the measured one is refused before the run."""
 
 from __future__ import annotations
 
@@ -16,11 +16,11 @@ NO_LOAD = ("nature: load_induced", "nature: no_load")
 
 
 @pytest.mark.parametrize("with_plan", [True, False])
-def test_a_limit_of_what_is_measured_is_accepted(with_plan):
+def test_limit_for_measured_torque_is_accepted(with_plan):
     check(with_plan=with_plan)
 
 
-def test_a_no_load_limit_is_refused_at_its_place_with_the_reason():
+def test_no_load_limit_is_refused_with_location_and_reason():
     problem = only_problem(lambda: check(NO_LOAD, with_plan=False))
     assert problem.field == "acceptance.limits[0].measurand"
     assert problem.message == (
@@ -30,7 +30,7 @@ def test_a_no_load_limit_is_refused_at_its_place_with_the_reason():
     assert str(problem.location) == f"p.yaml:{place_of(edited(PROCEDURE, NO_LOAD), '{nature')}"
 
 
-def test_a_total_torque_is_the_no_load_torque_where_nothing_is_loaded():
+def test_total_torque_without_load_counts_as_no_load_torque():
     unloaded = ("load: 1000 N", "load: 0 N")
     check(NO_LOAD, unloaded, kind=TOTAL)
     problem = only_problem(lambda: check(NO_LOAD, kind=TOTAL))
@@ -39,20 +39,20 @@ def test_a_total_torque_is_the_no_load_torque_where_nothing_is_loaded():
     )
 
 
-def test_another_load_is_refused():
+def test_limit_at_another_load_is_refused():
     problem = only_problem(
         lambda: check(("condition: at_reversal}", "condition: at_reversal, load: 500 N}"))
     )
     assert "under 500 N, and the result is" in problem.message
 
 
-def test_another_condition_is_refused():
+def test_limit_for_another_condition_is_refused():
     problem = only_problem(lambda: check(("condition: at_reversal", "condition: from_rest")))
     assert "the limit is for the load-induced torque from rest" in problem.message
 
 
-def test_the_hint_names_keys_of_the_procedure_s_own_analyses_alone():
-    """Bearings are installed here, and play no part in a procedure of hardness."""
+def test_hint_names_only_keys_of_used_analyses():
+    """The bearings plugin is installed but not used by a procedure of hardness."""
     limit = Limit.model_validate({"of": "h", "max": "3 V", "source": "x"})
     hardness = ResultDefinition(name="h", unit="V", measurand=Hardness("HRC"))
     message, hint = limit.objection_to(hardness, ["readings"])
@@ -61,14 +61,14 @@ def test_the_hint_names_keys_of_the_procedure_s_own_analyses_alone():
     assert hint == "state it by the keys nature, condition"
 
 
-def test_a_method_that_does_not_say_what_it_yields_has_no_limits():
+def test_method_without_stated_measurand_cannot_have_limits():
     problem = only_problem(lambda: check(kind=None))
     assert problem.message == (
         "'torque' does not say whether it is the load-induced torque at the reversals of a swing"
     )
 
 
-def test_a_limit_that_does_not_say_of_which_torque_it_is_is_told_how():
+def test_missing_measurand_is_refused_with_its_keys():
     problem = only_problem(
         lambda: check(("measurand: {nature: load_induced, condition: at_reversal}", ""))
     )
@@ -79,16 +79,16 @@ def test_a_limit_that_does_not_say_of_which_torque_it_is_is_told_how():
     assert problem.hint == "state it by the keys nature, condition"
 
 
-def test_an_unknown_method_is_left_to_the_check_of_plugins():
+def test_unknown_method_is_left_to_plugin_check():
     check(NO_LOAD, ("- template", "- unknown"), ("primary: template", "primary: unknown"))
 
 
-def test_a_named_frequency_must_be_recorded():
-    named = ("mean: yes", "where: {frequency: [2 Hz, 9 Hz]}\n      each: frequency")
-    problem = only_problem(lambda: check(named))
+def test_selected_frequency_must_be_recorded():
+    selection = ("mean: yes", "where: {frequency: [2 Hz, 9 Hz]}\n      each: frequency")
+    problem = only_problem(lambda: check(selection))
     assert problem.field == "acceptance.limits[0].where.frequency"
     assert (problem.message, problem.hint) == (
         "nothing is recorded at 9 Hz",
         "recorded: 2 Hz, 10 Hz",
     )
-    check((named[0], named[1].replace("9 Hz", "10 Hz")))
+    check((selection[0], selection[1].replace("9 Hz", "10 Hz")))

@@ -1,4 +1,4 @@
-"""What an analysis of torque needs of a plan is refused with its place in procedure or station."""
+"""Plans that lack something for the torque analysis are refused with the location."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from helpers_language import PROCEDURE, STATION, edited, only_problem, place_of,
 from unit.rigrunner_bearings.torque.helpers_planning import planned
 
 
-def test_a_recording_without_a_torque_is_refused():
+def test_recording_without_torque_is_refused():
     text = edited(PROCEDURE, (", tester.torque]", "]"))
     problem = only_problem(planned, text)
 
@@ -19,7 +19,7 @@ def test_a_recording_without_a_torque_is_refused():
     assert str(problem.location) == f"p.yaml:{place_of(text, '[tester.angle]')}"
 
 
-def test_a_recording_that_is_analysed_needs_a_set_frequency():
+def test_recording_without_set_frequency_is_refused():
     text = edited(
         PROCEDURE,
         ("{cycles: 5}", "{time: 1 s}"),
@@ -31,7 +31,7 @@ def test_a_recording_that_is_analysed_needs_a_set_frequency():
     assert problem.message == "the analysis needs a cycle frequency, and none is set here"
 
 
-def test_an_analysis_without_a_recording():
+def test_analysis_without_recording_is_refused():
     start, end = PROCEDURE.index("  - sweep:"), PROCEDURE.index("teardown:")
     problem = only_problem(planned, PROCEDURE[:start] + PROCEDURE[end:])
 
@@ -41,7 +41,7 @@ def test_an_analysis_without_a_recording():
     )
 
 
-def test_the_register_must_know_the_recorded_torque():
+def test_register_must_have_the_torque_channel():
     station = STATION[: STATION.index("instruments:")]
     problem = only_problem(lambda: planned(PROCEDURE, station=station))
 
@@ -50,7 +50,7 @@ def test_the_register_must_know_the_recorded_torque():
     assert "it is needed at p.yaml:24:19" in problem.hint
 
 
-def test_the_register_must_know_the_low_pass():
+def test_register_must_have_the_low_pass():
     station = edited(STATION, ("    low_pass: {type: butterworth, order: 2, corner: 1 kHz}\n", ""))
     problem = only_problem(lambda: planned(PROCEDURE, station=station))
 
@@ -69,7 +69,7 @@ def bench_without(*lines):
         ("  centre_distance: 45 mm\n", "centre_distance", "swing_torque:"),
     ],
 )
-def test_what_the_analysis_needs_of_the_rig_is_asked_for_with_both_places(line, key, part):
+def test_missing_key_of_rig_is_reported_with_both_locations(line, key, part):
     station = bench_without(line)
     problem = only_problem(lambda: planned(PROCEDURE, station=station))
 
@@ -82,7 +82,7 @@ def test_what_the_analysis_needs_of_the_rig_is_asked_for_with_both_places(line, 
 NO_RIG = STATION[: STATION.index("rig:")] + STATION[STATION.index("devices:") :]
 
 
-def test_a_procedure_that_analyses_no_torque_needs_neither_rig_nor_register():
+def test_procedure_without_torque_needs_no_rig_or_register():
     text = PROCEDURE[: PROCEDURE.index("analysis:")]
     _, _, plan, _ = planned(text, station=NO_RIG[: NO_RIG.index("instruments:")])
     assert plan.recordings
@@ -110,7 +110,7 @@ MIXED = edited(
 )
 
 
-def test_what_would_be_averaged_over_labels_is_refused_before_the_run():
+def test_averaging_over_labels_is_refused_before_the_run():
     problem = only_problem(lambda: planned(MIXED))
     assert problem.field == "analysis[0].swing_torque"
     assert problem.message == (
@@ -123,7 +123,7 @@ def chosen(where):
     return edited(MIXED, ("swing_torque:\n", f"swing_torque:\n      where: {where}\n"))
 
 
-def test_a_selection_says_which_ones_the_analysis_is_of():
+def test_selection_resolves_ambiguous_labels():
     assert planned(chosen("{phase: wear}"))[2].recordings
 
 
@@ -134,7 +134,7 @@ def test_a_selection_says_which_ones_the_analysis_is_of():
         ("{phas: wear}", "nothing that is recorded or measured has 'phas'", "did you mean 'phase'"),
     ],
 )
-def test_a_selection_that_finds_nothing_is_refused_with_its_line(where, message, hint):
+def test_empty_selection_is_refused_with_its_line(where, message, hint):
     text = chosen(where)
     problem = only_problem(lambda: planned(text))
     assert problem.location.line == text[: text.index("where: {")].count("\n") + 1

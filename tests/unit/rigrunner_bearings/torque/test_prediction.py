@@ -1,4 +1,4 @@
-"""Torque to be expected against the instrument's range, and disk."""
+"""Expected torque relative to the instrument's range, and expected disk space."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ def prediction_of(text=PROCEDURE, station=STATION):
 
 
 def rig_torque_nm(frequency_hz):
-    """The same by differentiating the swing numerically, as no formula of the code does."""
+    """The same by numerical differentiation of the swing, independent of the code's formulas."""
     time_s = np.linspace(0, 1 / frequency_hz, 20_001)
     phase = 2 * math.pi * frequency_hz * time_s
     angle = np.arctan2(RATIO * np.sin(phase), 1 + RATIO * np.cos(phase))
@@ -30,7 +30,7 @@ def rig_torque_nm(frequency_hz):
     return INERTIA * acceleration.max() + FRICTION_NM + DAMPING * np.abs(speed).max()
 
 
-def test_the_peak_is_rig_and_limit_together():
+def test_peak_is_sum_of_rig_and_limit():
     torques = prediction_of().readings
 
     assert [torque.recording for torque in torques] == ["001_2Hz", "002_10Hz"]
@@ -41,12 +41,12 @@ def test_the_peak_is_rig_and_limit_together():
         assert torque.share == pytest.approx(expected_nm / 10, rel=1e-5)
 
 
-def test_without_a_limit_it_is_the_rig_alone():
+def test_without_limit_peak_is_that_of_rig():
     text = PROCEDURE[: PROCEDURE.index("acceptance:")]
     assert prediction_of(text).readings[1].peak == pytest.approx(rig_torque_nm(10.0), rel=1e-5)
 
 
-def test_an_overload_is_found():
+def test_overload_is_reported():
     small = edited(STATION, ("full_scale: 10 N·m", "full_scale: 2.5 N·m"))
 
     assert prediction_of().overloads == ()
@@ -55,7 +55,7 @@ def test_an_overload_is_found():
     ]
 
 
-def test_the_disk_holds_every_sample_of_every_channel():
+def test_disk_space_covers_all_samples_of_all_channels():
     channels, bytes_per_sample, rate_hz = 2, 8, 1000
 
     expected = round((15.5 + 3.1) * rate_hz) * channels * bytes_per_sample

@@ -26,7 +26,7 @@ def without(rec, channel):
     return replace(rec, channels={name: v for name, v in rec.channels.items() if name != channel})
 
 
-def test_the_peak_of_every_cycle_is_its_greatest_sample():
+def test_peak_of_every_cycle_is_its_greatest_sample():
     point = prepared(recording(PEAKS))
     # 200 samples a cycle: the greatest is within cos(pi/200) of the true peak
     assert point.peak_nm == pytest.approx(PEAKS, rel=1.3e-4)
@@ -34,20 +34,20 @@ def test_the_peak_of_every_cycle_is_its_greatest_sample():
     assert point.cycles == len(PEAKS)
 
 
-def test_the_zero_reading_is_taken_off():
+def test_zero_reading_is_subtracted():
     rec = recording(PEAKS, zero_nm=0.5)
     point = prepared(rec, zeros={"tester.torque": 0.5})
     assert point.peak_nm == pytest.approx(PEAKS, rel=1.3e-4)
 
 
-def test_a_recording_has_the_zero_that_was_in_force_when_it_was_made():
+def test_recording_has_the_zero_of_its_time():
     rec = recording(PEAKS, zero_nm=0.5)
     recording_zeros = {rec.name: {"tester.torque": 0.5}, "another": {"tester.torque": 0.7}}
     point = prepared(rec, zeros={"tester.torque": 0.7}, recording_zeros=recording_zeros)
     assert point.peak_nm == pytest.approx(PEAKS, rel=1.3e-4)
 
 
-def test_waveforms_are_on_the_crank_phase():
+def test_waveforms_are_on_crank_phase():
     point = prepared(recording(np.full(8, 2.0)))
     phase = 2 * np.pi * np.arange(1024) / 1024
     assert point.torque_nm.shape == (8, 1024)
@@ -55,7 +55,7 @@ def test_waveforms_are_on_the_crank_phase():
     assert point.angle_rad.max() == pytest.approx(np.arcsin(2 / 45), rel=1e-4)
 
 
-def test_the_angle_channel_offset_is_taken_off():
+def test_angle_offset_is_subtracted():
     rec = recording(PEAKS)
     shifted = replace(
         rec, channels=dict(rec.channels) | {"tester.angle": rec.channels["tester.angle"] + 0.01}
@@ -63,7 +63,7 @@ def test_the_angle_channel_offset_is_taken_off():
     assert prepared(shifted).angle_rad == pytest.approx(prepared(rec).angle_rad, abs=1e-6)
 
 
-def test_frequency_comes_from_the_angle_not_from_the_entry():
+def test_frequency_comes_from_angle_not_from_entry():
     rec = recording(PEAKS, 10.0)
     entered_wrong = replace(rec, setpoints={"tester.frequency": 12.0, "tester.load": 1000.0})
     point = prepared(entered_wrong)
@@ -73,13 +73,13 @@ def test_frequency_comes_from_the_angle_not_from_the_entry():
     assert point.frequency_hz.dof == len(PEAKS) - 1
 
 
-def test_load_is_as_read_or_else_as_set():
+def test_load_is_read_or_else_set_value():
     rec = recording(PEAKS, load_n=1000.0)
     assert prepared(rec).load_n == 1001.5
     assert prepared(replace(rec, conditions={})).load_n == 1000.0
 
 
-def test_a_gross_error_is_rejected_for_both_kinds_of_methods():
+def test_gross_error_is_rejected_from_peaks_and_waveforms():
     peaks = PEAKS.copy()
     peaks[5] = 2.6
     point = prepared(recording(peaks))
@@ -90,7 +90,7 @@ def test_a_gross_error_is_rejected_for_both_kinds_of_methods():
     assert point.torque_nm.shape[0] == 8  # the data stay
 
 
-def test_a_disturbance_away_from_the_peak_spoils_the_waveform_only():
+def test_disturbance_away_from_peak_rejects_waveform_only():
     rec = recording(PEAKS)
     torque = rec.channels["tester.torque"].copy()
     torque[740:800] -= 1.0  # 200 samples a cycle from sample 80 on: the fall of cycle 3
@@ -99,7 +99,7 @@ def test_a_disturbance_away_from_the_peak_spoils_the_waveform_only():
     assert point.peak_rejections == ()
 
 
-def test_the_mean_angle_is_over_the_kept_cycles():
+def test_mean_angle_is_over_kept_cycles():
     peaks = PEAKS.copy()
     peaks[5] = 2.6
     rec = recording(peaks)
@@ -110,7 +110,7 @@ def test_the_mean_angle_is_over_the_kept_cycles():
     assert spoiled.angle_rad == pytest.approx(prepared(rec).angle_rad, abs=2e-4)
 
 
-def test_frequency_scatter_between_cycles_is_its_uncertainty():
+def test_frequency_uncertainty_is_scatter_between_cycles():
     periods = np.linspace(190, 210, 12)  # samples; the first and the last cycle are cut in half
     edges = np.concatenate([[0], np.cumsum(periods)])
     turns = np.interp(np.arange(100, edges[-1] - 100), edges, np.arange(13.0))
@@ -132,7 +132,7 @@ def test_spikes_are_replaced_and_counted():
     assert point.peak_nm == pytest.approx(PEAKS, rel=1e-3)
 
 
-def test_without_despike_spikes_stay():
+def test_spikes_remain_without_despike():
     rec = recording(PEAKS)
     torque = rec.channels["tester.torque"].copy()
     torque[700] += 5.0
@@ -147,7 +147,7 @@ def test_four_cycles_are_refused():
         prepared(recording(PEAKS[:4]))
 
 
-def test_too_few_cycles_after_gross_errors_are_refused():
+def test_too_few_cycles_after_rejection_are_refused():
     def rule(values):
         return [Rejection(k, float(values[k]), "test", 9.0, 1.0) for k in range(4)]
 
@@ -155,19 +155,19 @@ def test_too_few_cycles_after_gross_errors_are_refused():
         prepared(recording(PEAKS), rule)
 
 
-def test_no_motion_is_refused_by_recording_and_channel():
+def test_recording_without_motion_is_refused_by_name():
     rec = recording(PEAKS)
     still = np.full_like(rec.channels["tester.angle"], 0.01)
     with pytest.raises(DataError, match=r"10Hz, tester\.angle: no whole cycle"):
         prepared(replace(rec, channels=dict(rec.channels) | {"tester.angle": still}))
 
 
-def test_a_missing_torque_channel_lists_what_is_there():
+def test_missing_torque_channel_lists_existing_ones():
     with pytest.raises(DataError, match=r"no torque channel; it has tester\.angle in rad"):
         prepared(without(recording(PEAKS), "tester.torque"))
 
 
-def test_without_any_sign_of_motion_cycles_are_cut_by_the_entered_frequency():
+def test_without_motion_channel_cycles_are_cut_by_entered_frequency():
     point = prepared(without(recording(PEAKS), "tester.angle"))
     assert not isinstance(point, SwingPoint)
     assert point.motion is MotionSource.ENTERED
@@ -177,7 +177,7 @@ def test_without_any_sign_of_motion_cycles_are_cut_by_the_entered_frequency():
     assert point.peak_nm == pytest.approx(PEAKS, rel=1.3e-4)
 
 
-def test_of_two_torque_channels_the_registered_one_counts():
+def test_registered_one_of_two_torque_channels_is_used():
     rec = recording(PEAKS)
     two = replace(
         rec,
@@ -190,7 +190,7 @@ def test_of_two_torque_channels_the_registered_one_counts():
 
 
 @pytest.mark.parametrize("channel", ["tester.torque", "tester.angle"])
-def test_a_sample_that_is_no_number_is_refused(channel):
+def test_nan_sample_is_refused(channel):
     rec = recording(PEAKS)
     broken = rec.channels[channel].copy()
     broken[17] = np.nan
@@ -198,12 +198,12 @@ def test_a_sample_that_is_no_number_is_refused(channel):
         prepared(replace(rec, channels=dict(rec.channels) | {channel: broken}))
 
 
-def test_a_missing_set_point_lists_what_is_there():
+def test_missing_set_point_lists_existing_ones():
     with pytest.raises(DataError, match=r"no set-point 'tester\.frequency'; it has tester\.load"):
         prepared(replace(recording(PEAKS), setpoints={"tester.load": 1.0}))
 
 
-def test_a_rule_that_refuses_names_the_recording():
+def test_outlier_rule_error_names_the_recording():
     message = "recording 10Hz, tester.torque: pauta, the 3-sigma rule, can reject none of 10 values"
     with pytest.raises(DataError, match=message):
         prepared(recording(np.ones(10)), pauta)

@@ -41,34 +41,34 @@ def run(torque, zero=0.0, **changes):
     [
         (2.01, 2.0), (6.06, 6.0), (10.03, 10.0),
         (0.0, 0.0), (1.005, 1.0), (4.035, 4.0), (8.045, 8.0),  # half-way between two points
-        (11.0, 10.97),  # beyond: what the last one deviates
-        (-6.06, -6.0), (-1.005, -1.0),  # points of one direction stand for both
+        (11.0, 10.97),  # beyond: the deviation of the last point
+        (-6.06, -6.0), (-1.005, -1.0),  # points of one direction are used for both
     ],
 )  # fmt: skip
-def test_what_the_points_deviate_is_taken_off(indicated, applied):
+def test_deviation_of_points_is_subtracted(indicated, applied):
     data, data_run = run(np.array([indicated, 0.0]))
     torque = torque_reading(data, CHANNEL, data_run)
     assert isinstance(torque, np.ndarray)
     assert torque == pytest.approx([applied, 0.0], abs=1e-12)
 
 
-def test_it_is_the_reading_less_its_zero_that_is_corrected():
+def test_zero_is_subtracted_before_correction():
     data, data_run = run(np.array([6.56]), zero=0.5)
     assert torque_reading(data, CHANNEL, data_run) == pytest.approx([6.0], abs=1e-12)
 
 
-def test_points_of_both_directions_are_each_their_own():
+def test_each_direction_has_its_own_points():
     directions = [*POINTS, {"applied": "-6 N·m", "indicated": "-5.97 N·m", "U": "6 mN·m"}]
     data, data_run = run(np.array([-5.97, 6.06]), points=directions)
     assert torque_reading(data, CHANNEL, data_run) == pytest.approx([-6.0, 6.0], abs=1e-12)
 
 
-def test_nothing_is_corrected_unless_the_register_says_so():
+def test_nothing_is_corrected_without_interpolation():
     data, data_run = run(np.array([6.06, 2.0]), interpolation=None)
     assert torque_reading(data, CHANNEL, data_run) == pytest.approx([6.06, 2.0], abs=0)
 
 
-def test_what_is_too_long_for_memory_is_corrected_as_it_is_read():
+def test_stored_samples_are_corrected_as_they_are_read():
     class Stored:
         values = np.linspace(-9.0, 9.0, 101)
 
@@ -89,7 +89,7 @@ def test_what_is_too_long_for_memory_is_corrected_as_it_is_read():
     assert torque.limits == pytest.approx((expected.min(), expected.max()), abs=0)
 
 
-def test_the_result_is_of_corrected_peaks():
+def test_result_is_of_corrected_peaks():
     """Peaks of 6.06 and 2.01 N·m are 6 and 2 N·m."""
     peaks = {5.0: 2.01, 10.0: 6.06}
     recordings = (recording(np.full(10, p), f, load_n=0.0) for f, p in peaks.items())
@@ -99,8 +99,8 @@ def test_the_result_is_of_corrected_peaks():
     assert [p.peak_nm.mean() for p in points] == pytest.approx([2.0, 6.0], rel=1e-3)
 
 
-def test_the_limit_of_error_is_of_what_is_left():
-    """The greatest U, and 6.06 less the line from 2.01 to 10.03: 0.06 - 0.02 = 40 mN·m, roughly."""
+def test_limit_of_error_is_that_after_correction():
+    """The greatest U plus the distance of 6.06 from the line of 2.01 and 10.03: some 40 mN·m."""
     line = 0.01 + (0.03 - 0.01) * (6.06 - 2.01) / (10.03 - 2.01)
     assert instrument().half_width("overall") == pytest.approx(0.006 + 0.06 - line, rel=1e-9)
     uncorrected = instrument(interpolation=None)
@@ -108,11 +108,11 @@ def test_the_limit_of_error_is_of_what_is_left():
 
 
 CUBIC = (4e-3, -2e-4, 3e-5)
-"""A deviation of 4e-3 x - 2e-4 x² + 3e-5 x³ of what is indicated, in N·m."""
+"""A deviation of 4e-3 x - 2e-4 x² + 3e-5 x³ at the indicated x, in N·m."""
 
 
 def on_the_cubic(*indicated, off=()):
-    """Return the points of a certificate whose deviations lie on that curve, but for `off`."""
+    """Return the points of a certificate with the deviations of that curve plus `off`."""
     points = []
     for place, x in enumerate(indicated):
         deviation = np.sign(x) * sum(c * abs(x) ** k for k, c in enumerate(CUBIC, 1))
@@ -123,18 +123,18 @@ def on_the_cubic(*indicated, off=()):
     return points
 
 
-def test_a_cubic_is_that_of_the_points():
+def test_cubic_passes_through_the_points():
     """Between the points as well, where straight lines are off by 0.5 mN·m."""
     points = on_the_cubic(2.0, 4.0, 6.0, 8.0, 10.0)
     torque = np.array([-9.0, -1.0, 0.0, 1.0, 3.3, 9.0, 12.0])
     data, data_run = run(torque, points=points, interpolation="cubic")
-    reach = np.clip(torque, -10, 10)  # beyond: what the last one deviates
+    reach = np.clip(torque, -10, 10)  # beyond: the deviation of the last point
     deviation = np.sign(reach) * sum(c * abs(reach) ** k for k, c in enumerate(CUBIC, 1))
     assert torque_reading(data, CHANNEL, data_run) == pytest.approx(torque - deviation, abs=1e-6)
 
 
-def test_each_direction_has_a_cubic_of_its_own():
-    """Those of the negative one are 0.1 N·m/10 N·m steeper; zero belongs to both."""
+def test_each_direction_has_its_own_cubic():
+    """The negative one is steeper by 0.1 N·m per 10 N·m; zero belongs to both."""
     points = on_the_cubic(2.0, 4.0, 6.0, 8.0, 10.0)
     points += on_the_cubic(-2.0, -5.0, -7.0, -10.0, off=(-0.02, -0.05, -0.07, -0.1))
     data, data_run = run(np.array([-6.0, 0.0, 6.0]), points=points, interpolation="cubic")
@@ -143,9 +143,9 @@ def test_each_direction_has_a_cubic_of_its_own():
     assert torque_reading(data, CHANNEL, data_run) == pytest.approx(expected, abs=1e-6)
 
 
-def test_the_limit_of_error_of_a_cubic_is_of_what_it_misses():
-    """Contrasts of the fourth order over five equal steps from zero: no cubic without constant
-    takes up anything of them. Its greatest residual is one of their own."""
+def test_limit_of_error_of_cubic_is_its_residual():
+    """The residuals are orthogonal to any cubic without constant over five equal steps from zero,
+    so the fit leaves them as they are."""
     indicated = np.array([2.0, 4.0, 6.0, 8.0, 10.0])
     powers = np.stack([indicated**k for k in (1, 2, 3)], axis=1)
     residual = np.linalg.svd(powers)[0][:, 3] * 0.01  # at right angles to all three
@@ -164,7 +164,7 @@ def test_the_limit_of_error_of_a_cubic_is_of_what_it_misses():
         ),
     ],
 )
-def test_points_that_give_no_cubic_are_refused(points, message):
+def test_too_few_points_for_a_cubic_are_refused(points, message):
     with pytest.raises(ValidationError, match=message):
         instrument(points=points, interpolation="cubic")
 
@@ -177,6 +177,6 @@ def test_points_that_give_no_cubic_are_refused(points, message):
         ([POINTS[0], POINTS[0]], "must rise with applied, and does not at 2 N·m"),
     ],
 )
-def test_points_that_give_no_curve_are_refused(points, message):
+def test_points_without_curve_are_refused(points, message):
     with pytest.raises(ValidationError, match=message):
         instrument(points=points)

@@ -1,4 +1,4 @@
-"""What a draw does to the prepared data, against the register that allows it."""
+"""Effects of a Monte Carlo draw on the prepared data, against the limits of the register."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ def drawn(sweep, count=2000, *, zeroed=True):
     return [another_sensor(sweep, rng, zeroed=zeroed) for _ in range(count)]
 
 
-def test_gain_is_the_same_in_both_runs_and_fills_its_rectangle():
+def test_gain_is_common_to_both_runs_and_rectangular():
     sweep = sweep_of(gain="1 %")
     ratios = np.array([peaks(draw) / peaks(sweep) for draw in drawn(sweep)])
     assert np.ptp(ratios, axis=(1, 2)) == pytest.approx(0.0, abs=1e-12)
@@ -36,7 +36,7 @@ def test_gain_is_the_same_in_both_runs_and_fills_its_rectangle():
     assert abs(ratios - 1).max() <= 0.01
 
 
-def test_offset_is_the_same_in_both_runs_and_gone_with_a_zero_step():
+def test_offset_is_common_to_both_runs_and_removed_by_zero():
     sweep = sweep_of(offset="0.3 N·m")
     shifts = np.array([peaks(draw) - peaks(sweep) for draw in drawn(sweep, zeroed=False)])
     assert np.ptp(shifts, axis=(1, 2)) == pytest.approx(0.0, abs=1e-12)
@@ -44,14 +44,14 @@ def test_offset_is_the_same_in_both_runs_and_gone_with_a_zero_step():
     assert peaks(drawn(sweep, 1)[0]) == pytest.approx(peaks(sweep))
 
 
-def test_each_run_drifts_on_its_own():
+def test_each_run_drifts_independently():
     sweep = sweep_of(drift="0.02 N·m")
     shifts = np.array([peaks(draw) - peaks(sweep) for draw in drawn(sweep)]).mean(axis=2)
     assert shifts.std(axis=0) == pytest.approx([0.02 / np.sqrt(3)] * 2, rel=0.05)
     assert abs(np.corrcoef(shifts.T)[0, 1]) < 0.1
 
 
-def test_drift_goes_on_from_cycle_to_cycle_and_within_each():
+def test_drift_is_linear_over_cycles():
     sweep = sweep_of(drift="0.02 N·m")
     (changed,) = drawn(sweep, 1)
     course = (changed.loaded[0].torque_nm - sweep.loaded[0].torque_nm).ravel()
@@ -59,7 +59,7 @@ def test_drift_goes_on_from_cycle_to_cycle_and_within_each():
     assert abs(course[-1] - course[0]) > 0
 
 
-def test_nonlinearity_is_a_parabola_of_that_greatest_value():
+def test_nonlinearity_is_a_parabola_with_stated_maximum():
     sweep = sweep_of(nonlinearity="0.5 %", full_scale="4 N·m")
     errors = np.array([peaks(draw)[0] - PEAKS for draw in drawn(sweep)])
     assert abs(errors[:, 0]).max() == pytest.approx(0.005 * 4, rel=0.01)  # 2 N·m: half of it
@@ -68,7 +68,7 @@ def test_nonlinearity_is_a_parabola_of_that_greatest_value():
     assert errors / errors[:, :1] == pytest.approx(np.tile(parabola, (2000, 1)))
 
 
-def test_the_mean_of_other_cycles_scatters_as_type_a_says():
+def test_mean_of_redrawn_cycles_has_type_a_scatter():
     rng = np.random.default_rng(5)
     sweep = sweep_of()
     means = [other_cycles(sweep, rng).loaded[0].peak_nm.mean() for _ in range(4000)]
@@ -76,7 +76,7 @@ def test_the_mean_of_other_cycles_scatters_as_type_a_says():
     assert np.mean(means) == pytest.approx(PEAKS.mean(), abs=0.01)
 
 
-def test_rejected_cycles_are_never_drawn_and_a_single_value_stays():
+def test_rejected_cycles_are_never_drawn_and_single_value_stays():
     rng = np.random.default_rng(5)
     kept = np.array([True, True, True, True, False])
     sweep = sweep_of()

@@ -1,4 +1,4 @@
-"""What too low a sample rate moves a torque by."""
+"""The effect of a low sample rate on a torque."""
 
 from __future__ import annotations
 
@@ -31,27 +31,27 @@ def greatest(sweep):
     return Compensation("torque", (CompensatedPoint(10, 10, 1, 0, Estimate(value, 0.1), ()),))
 
 
-def moved(wave, samples_per_cycle, method=greatest):
+def effects_of(wave, samples_per_cycle, method=greatest):
     sweep = Sweep((point_of(wave, samples_per_cycle),), (), RIG, instrument(), None)
     return with_half_the_samples(method, sweep, greatest(sweep))
 
 
-def test_with_samples_enough_nothing_is_asked():
-    assert moved(np.sin(PHASE), 280.0) == ()
+def test_enough_samples_are_not_checked():
+    assert effects_of(np.sin(PHASE), 280.0) == ()
 
 
-def test_a_smooth_torque_does_not_care():
-    assert moved(np.cos(PHASE), 100.0) == (pytest.approx(0.0, abs=1e-6),)
+def test_smooth_torque_is_unaffected():
+    assert effects_of(np.cos(PHASE), 100.0) == (pytest.approx(0.0, abs=1e-6),)
 
 
-def test_what_lies_between_the_samples_is_lost():
-    """The 30th harmonic at 50 samples in place of 100 is folded down: its peaks go."""
-    (change,) = moved(np.cos(PHASE) + 0.2 * np.cos(30 * PHASE + 1.0), 100.0)
+def test_torque_between_samples_is_lost():
+    """At 50 samples instead of 100 the 30th harmonic is aliased: its peaks are lost."""
+    (change,) = effects_of(np.cos(PHASE) + 0.2 * np.cos(30 * PHASE + 1.0), 100.0)
     assert abs(change) > 0.02
 
 
-def test_where_half_of_them_give_no_result_all_of_it_is_in_doubt():
+def test_failure_with_half_the_samples_is_full_effect():
     def refuses(_):
         raise DataError("too few")
 
-    assert moved(np.cos(PHASE), 100.0, refuses) == (pytest.approx(-1.0),)
+    assert effects_of(np.cos(PHASE), 100.0, refuses) == (pytest.approx(-1.0),)

@@ -13,7 +13,7 @@ from rigrunner_bearings.torque.contradictions import changed
 from rigrunner_bearings.torque.settings import Breakaway, SwingTorque
 
 AT_REVERSAL = MeasurandKind(Nature.LOAD_INDUCED, Condition.AT_REVERSAL)
-TWO = {
+TWO_METHODS = {
     "no_load": {"from": "latest", "procedure": "TEST-0"},
     "compensations": ["template", "energy"],
     "primary": "template",
@@ -25,7 +25,7 @@ def settings_of(text):
     return SwingTorque.model_validate(analysis.settings)
 
 
-def test_they_are_what_the_procedure_says():
+def test_settings_are_read_from_procedure():
     spec = settings_of(PROCEDURE)
     assert (spec.no_load.from_, spec.no_load.procedure) == ("latest", "TEST-0")
     assert spec.no_load.max_age == 30 * 24 * 3600
@@ -39,12 +39,12 @@ def test_they_are_what_the_procedure_says():
     assert [compensation.name for compensation in spec.compensations] == ["template", "energy"]
 
 
-def test_a_plugin_with_an_empty_value_has_no_settings():
+def test_plugin_with_empty_value_has_no_settings():
     text = edited(PROCEDURE, ("        - inertia\n", "        - inertia:\n"))
     assert settings_of(text).fits[1].settings == {}
 
 
-def test_a_plugin_may_stand_twice_under_names_of_its_own():
+def test_plugin_may_appear_twice_with_labels():
     text = edited(
         PROCEDURE,
         ("        - energy\n", "        - energy\n        - {energy: {a: 1}, as: other}\n"),
@@ -60,39 +60,39 @@ def test_a_plugin_may_stand_twice_under_names_of_its_own():
     assert spec.primary == "other"
 
 
-def test_the_only_compensation_is_the_primary_one():
+def test_only_compensation_is_primary():
     text = edited(PROCEDURE, ("        - energy\n", ""), ("      primary: template\n", ""))
     assert settings_of(text).primary == "template"
 
 
-def test_the_threshold_for_spikes_is_that_of_the_filter_unless_told():
+def test_spike_threshold_defaults_to_that_of_filter():
     assert settings_of(PROCEDURE).despike.threshold == spikes.DEFAULT_THRESHOLD
     text = edited(PROCEDURE, ("window: 11", "window: 11, threshold: 4"))
     assert settings_of(text).despike.threshold == 4.0
 
 
-def test_of_starts_from_rest_no_method_gives_the_torque_at_a_reversal():
+def test_starts_from_rest_never_give_torque_at_reversal():
     from_rest = MeasurandKind(Nature.LOAD_INDUCED, Condition.FROM_REST)
     assert Breakaway().measured(AT_REVERSAL) == from_rest
     assert SwingTorque().measured(AT_REVERSAL) == AT_REVERSAL
 
 
-def test_what_was_given_stands_in_place_of_what_was_told():
+def test_overrides_replace_settings_of_run():
     overrides = SwingTorque.model_validate(
         {"primary": "energy", "despike": {"hampel": {"window": 7}}}
     )
-    merged = changed(SwingTorque.model_validate(TWO), overrides)
+    merged = changed(SwingTorque.model_validate(TWO_METHODS), overrides)
     assert (merged.primary, merged.despike.window) == ("energy", 7)
     assert merged.no_load.procedure == "TEST-0"  # not given
 
 
-def test_a_run_without_compensations_stays_without():
+def test_run_without_compensations_keeps_none():
     overrides = SwingTorque.model_validate({"primary": "energy", "compensations": ["energy"]})
     assert changed(SwingTorque(), overrides) == SwingTorque()
 
 
-def test_a_change_that_contradicts_the_rest_is_refused():
+def test_contradictory_override_is_refused():
     overrides = SwingTorque.model_validate({"primary": "nothing"})
-    with pytest.raises(DataError, match="primary: got 'nothing', which is not among") as refused:
-        changed(SwingTorque.model_validate(TWO), overrides)
-    assert refused.value.hint == "allowed: template, energy"
+    with pytest.raises(DataError, match="primary: got 'nothing', which is not among") as caught:
+        changed(SwingTorque.model_validate(TWO_METHODS), overrides)
+    assert caught.value.hint == "allowed: template, energy"

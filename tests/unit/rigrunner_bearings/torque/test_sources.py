@@ -45,12 +45,12 @@ def tables(**changes):
     return replace(run_of(), measurements=tuple(rows), **changes)
 
 
-def test_recordings_count_before_single_values():
+def test_recordings_are_preferred_to_single_values():
     run = replace(tables(), recordings=(recording(np.ones(6)),))
     assert sources(run) == run.recordings
 
 
-def test_what_is_no_torque_in_motion_is_no_point():
+def test_measurements_without_moving_torque_are_ignored():
     room = Measurement("room", "2026-01-01T12:00:00+00:00", {}, {"t.room": 293.0}, {"t.room": "K"})
     at_rest, still = measured(None, 0.0, 0.01), measured(0.0, 0.0, 0.01)
     point = measured(5.0, 0.0, 1.0)
@@ -58,7 +58,7 @@ def test_what_is_no_torque_in_motion_is_no_point():
     assert [source.name for source in sources(run)] == ["table 4"]
 
 
-def test_a_run_is_divided_by_the_load_that_was_set():
+def test_run_is_divided_by_set_load():
     run = tables()
     assert [source.setpoints["tester.load"] for source in of_this_run(run, loaded=False)] == [
         0.0
@@ -68,7 +68,7 @@ def test_a_run_is_divided_by_the_load_that_was_set():
     ] * 4
 
 
-def test_recordings_are_divided_as_well():
+def test_recordings_are_divided_by_load():
     peaks = np.linspace(1.9, 2.1, 8)
     loaded, bare = recording(peaks + 0.7, 10.0), recording(peaks, 10.0, load_n=0.0)
     result = analysed(run_of(bare, loaded), analysis_spec=THIS_RUN)
@@ -76,7 +76,7 @@ def test_recordings_are_divided_as_well():
     assert result.headline.value == pytest.approx(0.7, rel=1e-3)
 
 
-def test_a_single_value_is_a_point_without_scatter():
+def test_single_value_is_point_without_scatter():
     result = analysed(tables(zeros={"tester.torque": 0.1}), analysis_spec=THIS_RUN)
     point = TorqueDetails.of(result).loaded[1]
     assert point.recording == "table 6"
@@ -87,7 +87,7 @@ def test_a_single_value_is_a_point_without_scatter():
     assert peak_points(TorqueDetails.of(result).loaded).u_y is None
 
 
-def test_the_difference_of_tables():
+def test_difference_of_tables():
     result = analysed(tables(), analysis_spec=THIS_RUN)
     compensation = TorqueDetails.of(result).compensations["peak_same_frequency"]
     assert [point.torque.value for point in compensation.points] == pytest.approx([0.7] * 4)
@@ -99,7 +99,7 @@ def test_the_difference_of_tables():
     assert "only peak methods apply" in note
 
 
-def test_the_document_says_the_same():
+def test_document_has_single_values():
     content = document(analysed(tables(), analysis_spec=THIS_RUN))
     point = content["points"][0]
     assert (point["cycles"], point["motion"], point["waveform"]) == (1, "entered", None)
@@ -107,13 +107,13 @@ def test_the_document_says_the_same():
     assert "angle channel" in content["compensations"]["energy"]["not_applicable"]
 
 
-def test_a_run_without_anything_in_motion_is_refused():
+def test_run_without_motion_is_refused():
     run = replace(run_of(), measurements=(measured(None, 0.0, 0.1),))
     with pytest.raises(DataError, match="no recordings to analyse"):
         analysed(run, analysis_spec=THIS_RUN)
 
 
-def test_only_this_run_needs_no_procedure():
+def test_procedure_is_required_unless_this_run():
     spec = SwingTorque.model_validate({"no_load": {"from": "this run"}})
     assert spec.no_load.is_this_run
     with pytest.raises(ValueError, match="the key 'procedure' is missing, or 'from: this run'"):
@@ -124,7 +124,7 @@ def labelled(hertz, load_n, torque_nm, **coordinates):
     return replace(measured(hertz, load_n, torque_nm), coordinates=coordinates)
 
 
-def test_things_of_other_labels_are_not_averaged():
+def test_different_labels_are_not_averaged():
     run = tables()
     worn = labelled(10.0, 1000.0, 2.5, phase="wear")
     both_labels = replace(run, measurements=(*run.measurements, worn))
@@ -132,8 +132,8 @@ def test_things_of_other_labels_are_not_averaged():
         analysed(both_labels, analysis_spec=THIS_RUN)
 
 
-def test_an_analysis_is_of_what_it_says():
-    """With `where` the worn one at 10 Hz, 0.3 N·m more, is no part of the mean."""
+def test_where_selects_analysed_data():
+    """`where` excludes the worn one at 10 Hz, which has 0.3 N·m more, from the mean."""
     final = [replace(row, coordinates={"phase": "final"}) for row in tables().measurements]
     worn = labelled(10.0, 1000.0, no_load_nm(10.0) + 1.0, phase="wear", block=1)
     run = replace(run_of(), measurements=(*final, worn))

@@ -42,8 +42,8 @@ def start(peak_nm, number=1, *, speed_hz=SPEED_HZ, zero_nm=0.0, spike_nm=0.0) ->
     )
 
 
-def starts(peaks=PEAKS, **how):
-    return [start(peak, number, **how) for number, peak in enumerate(peaks, 1)]
+def starts(peaks=PEAKS, **options):
+    return [start(peak, number, **options) for number, peak in enumerate(peaks, 1)]
 
 
 NO_LOAD = {"nature": "no_load", "condition": "from_rest"}
@@ -70,7 +70,7 @@ def test_each_recording_gives_one_torque():
     assert point.recording == "001 to 006"
 
 
-def test_the_mean_less_half_the_fixture_with_its_whole_budget():
+def test_mean_minus_half_fixture_friction_has_full_budget():
     sensor = instrument(full_scale="2 N·m", gain="1 %", drift="2 mN·m", nonlinearity="0.1 %")
     method = {"breakaway_peak": {"fixture_friction": "0.012 N·m"}}
     result = result_of(starts(), sensor=sensor, compensations=[method])
@@ -96,11 +96,11 @@ def test_the_mean_less_half_the_fixture_with_its_whole_budget():
         ({"min": "0.35 N·m"}, Verdict.FAIL),
     ],
 )
-def test_it_is_decided_against_limits(limit, verdict):
+def test_result_is_decided_against_limits(limit, verdict):
     assert result_of(starts(), limit).decision.verdict is verdict
 
 
-def test_a_start_that_disagrees_is_left_out_and_listed():
+def test_outlying_start_is_rejected_and_listed():
     peaks = [*PEAKS, 0.301, 0.299, 0.45]
     (point,) = TorqueDetails.of(
         result_of(starts(peaks), outliers={"grubbs": {"alpha": 0.05}})
@@ -109,15 +109,15 @@ def test_a_start_that_disagrees_is_left_out_and_listed():
     assert point.peak_kept.tolist() == [True] * 8 + [False]
 
 
-def test_spikes_are_taken_out_first():
+def test_spikes_are_removed_first():
     spiky = starts(spike_nm=5.0)
-    (dull,), (clean,) = (
-        TorqueDetails.of(result_of(spiky, **how)).loaded
-        for how in ({}, {"despike": {"hampel": {"window": 11}}})
+    (spiked,), (clean,) = (
+        TorqueDetails.of(result_of(spiky, **options)).loaded
+        for options in ({}, {"despike": {"hampel": {"window": 11}}})
     )
     assert clean.peak_nm == pytest.approx(PEAKS)
     assert clean.spikes == len(PEAKS)
-    assert (dull.peak_nm > 0.5).all()
+    assert (spiked.peak_nm > 0.5).all()
 
 
 def test_starts_at_two_speeds_are_two_points():
@@ -132,7 +132,7 @@ def test_two_starts_are_too_few():
         result_of(starts(PEAKS[:2]))
 
 
-def test_no_start_is_refused_naming_the_recording():
+def test_recording_without_start_is_refused_by_name():
     moving = starts()
     angle = moving[3].channels["tester.angle"] + np.arange(4000) * 1e-3
     moving[3] = replace(moving[3], channels=moving[3].channels | {"tester.angle": angle})
@@ -143,7 +143,7 @@ def test_no_start_is_refused_naming_the_recording():
         result_of(bare)
 
 
-def test_swings_are_no_starts():
+def test_swings_are_not_starts():
     result = analysed(
         run_of(recording([1.0] * 12)),
         None,

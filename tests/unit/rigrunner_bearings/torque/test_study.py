@@ -1,4 +1,4 @@
-"""What a gauge study found enters the uncertainty where the station names it, once in a mean."""
+"""A gauge study named by the station adds to the uncertainty, once in a mean."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ def result(study):
     return analysed(run(0.7, 1000.0, study), run(run_id="run-0", procedure_id="SSPB-NLI"))
 
 
-def test_it_is_in_every_point_and_once_in_the_mean():
+def test_study_is_in_every_point_and_once_in_mean():
     plain, named = result(None), result(STUDY)
     for before, after in zip(
         TorqueDetails.of(plain).compensations["paper_peak"].points,
@@ -53,14 +53,14 @@ def test_it_is_in_every_point_and_once_in_the_mean():
     assert named.headline.u == pytest.approx(np.hypot(plain.headline.u, 0.05), rel=1e-9)
 
 
-def test_few_operators_leave_few_degrees_of_freedom():
-    """By Welch and Satterthwaite, with the two lines far above all others' scatter."""
+def test_few_operators_give_few_degrees_of_freedom():
+    """By Welch and Satterthwaite, with the two lines far above the scatter of all others."""
     headline = result(STUDY).headline
     expected = headline.u**4 / (0.03**4 / 60 + 0.04**4 / 4.5)
     assert headline.dof == pytest.approx(expected, rel=0.02)
 
 
-def test_a_study_that_found_nothing_adds_nothing():
+def test_study_with_zero_u_adds_nothing():
     nothing = {"source": "x", "reproducibility": {"u": "0 N·m", "degrees_of_freedom": 2}}
     assert result(nothing).headline == result(None).headline
 
@@ -74,6 +74,6 @@ def test_a_study_that_found_nothing_adds_nothing():
         {"source": "x", "reproducibility": {"u": "1 mN·m", "degrees_of_freedom": 0}},
     ],
 )
-def test_a_study_says_what_it_found_and_how_surely(bad):
+def test_incomplete_study_is_refused(bad):
     with pytest.raises(ValidationError):
         NamedStudy.model_validate(bad)

@@ -21,7 +21,7 @@ from unit.analysis.helpers_analysis import analysed, instrument, recording, run_
 
 PEAKS = 2 + 0.1 * np.array([1, -1, 0.5, -0.5, 2, -2, 1.5, -1.5, 0.0, 0.7])
 U_PEAKS = PEAKS.std(ddof=1) / sqrt(len(PEAKS))
-HOW = MonteCarloSpec(draws=800)
+MONTE_CARLO = MonteCarloSpec(draws=800)
 
 
 def peak_point(hz):
@@ -37,7 +37,7 @@ def peak_point(hz):
 
 
 def mean_of_peaks(u_gain, extra=(), u_peaks=U_PEAKS):
-    """Return a method whose result is the mean peak, and whose budget states what it is told."""
+    """Return a method whose result is the mean peak and whose budget has these lines."""
 
     def method(sweep):
         parts = (
@@ -67,7 +67,7 @@ def sweep_of(gain="3 %", frequencies=(5.0, 10.0)):
     return Sweep(points, (), None, instrument(gain=gain), None)
 
 
-def checked(method, sweep, spec=HOW, headline=None):
+def validation_of(method, sweep, spec=MONTE_CARLO, headline=None):
     points = method(sweep).points
     mean = np.mean([point.torque.value for point in points])
     return validate(
@@ -85,8 +85,8 @@ def checked(method, sweep, spec=HOW, headline=None):
 U_GAIN = 0.03 * PEAKS.mean() / sqrt(3)
 
 
-def test_a_true_budget_agrees_with_draws_of_the_data():
-    validation = checked(mean_of_peaks(U_GAIN), sweep_of(), headline=headline())
+def test_correct_budget_agrees_with_draws():
+    validation = validation_of(mean_of_peaks(U_GAIN), sweep_of(), headline=headline())
     assert validation.pipeline.mean.agrees
     assert all(point.agrees for point in validation.pipeline.points)
     assert validation.pipeline.mean.u == pytest.approx(headline().u, rel=0.1)
@@ -99,9 +99,9 @@ def headline():
 
 
 @pytest.mark.parametrize("factor", [0.5, 2.0])
-def test_a_budget_that_states_another_effect_does_not(factor):
-    """The trials of the equation cannot see it: they draw what the budget states."""
-    validation = checked(mean_of_peaks(factor * U_GAIN, u_peaks=factor * U_PEAKS), sweep_of())
+def test_wrong_budget_does_not_agree_with_draws(factor):
+    """The trials of the equation cannot show it: they draw from the budget."""
+    validation = validation_of(mean_of_peaks(factor * U_GAIN, u_peaks=factor * U_PEAKS), sweep_of())
     assert not validation.pipeline.mean.agrees
     assert not validation.agrees
     assert validation.pipeline.mean.gum_is_wider == (factor > 1)
@@ -109,15 +109,15 @@ def test_a_budget_that_states_another_effect_does_not(factor):
     assert ("safe" in validation.statements[1]) == (factor > 1)
 
 
-def test_common_errors_stay_in_the_mean_and_the_others_average():
-    trials = checked(mean_of_peaks(U_GAIN), sweep_of(), headline=headline()).equation
+def test_common_errors_stay_in_mean_and_others_average():
+    trials = validation_of(mean_of_peaks(U_GAIN), sweep_of(), headline=headline()).equation
     assert trials.mean.u == pytest.approx(sqrt(U_GAIN**2 + U_PEAKS**2 / 2 * 9 / 7), rel=0.005)
     assert trials.points[0].u == pytest.approx(sqrt(U_GAIN**2 + U_PEAKS**2 * 9 / 7), rel=0.005)
     assert trials.trials >= 1_000_000
 
 
-def test_a_rectangle_alone_is_narrower_than_the_gum_says():
-    validation = checked(mean_of_peaks(U_GAIN, u_peaks=1e-6), sweep_of())
+def test_rectangular_error_is_narrower_than_gum_interval():
+    validation = validation_of(mean_of_peaks(U_GAIN, u_peaks=1e-6), sweep_of())
     edge = 0.95 * 0.03 * PEAKS.mean()
     assert validation.equation.mean.high - PEAKS.mean() == pytest.approx(edge, rel=0.01)
     assert not validation.equation.mean.agrees
@@ -125,30 +125,31 @@ def test_a_rectangle_alone_is_narrower_than_the_gum_says():
     assert "Use the Monte Carlo interval" in validation.statements[0]
 
 
-def test_what_is_no_error_of_the_data_is_added_as_the_budget_states():
+def test_error_not_in_data_is_added_from_budget():
     extra = (Component("method", 0.2, inf, "normal", common=True),)
-    validation = checked(mean_of_peaks(U_GAIN, extra), sweep_of(gain="0 %"))
+    validation = validation_of(mean_of_peaks(U_GAIN, extra), sweep_of(gain="0 %"))
     assert validation.pipeline.as_effects == ("method",)
     assert validation.pipeline.through_the_data == ("scatter between cycles", "sensor gain")
     assert validation.pipeline.mean.u == pytest.approx(sqrt(0.04 + U_PEAKS**2 / 2), rel=0.1)
 
 
-def test_the_same_seed_gives_the_same_numbers():
+def test_same_seed_gives_same_numbers():
     method = mean_of_peaks(U_GAIN)
-    first, again, other = (
-        checked(method, sweep_of(), MonteCarloSpec(draws=500, seed=seed)) for seed in (4, 4, 5)
+    first, repeated, other = (
+        validation_of(method, sweep_of(), MonteCarloSpec(draws=500, seed=seed))
+        for seed in (4, 4, 5)
     )
-    assert first == again
+    assert first == repeated
     assert other.pipeline.mean.mean != first.pipeline.mean.mean
 
 
-def test_draws_that_the_method_refuses_are_counted():
-    sweep, times = sweep_of(), []
+def test_refused_draws_are_counted():
+    sweep, calls = sweep_of(), []
     points = mean_of_peaks(U_GAIN)(sweep).points
 
-    def moody(changed):
-        times.append(1)
-        if len(times) % 2:
+    def unreliable(changed):
+        calls.append(1)
+        if len(calls) % 2:
             raise DataError("not this one")
         return mean_of_peaks(U_GAIN)(changed)
 
@@ -156,14 +157,14 @@ def test_draws_that_the_method_refuses_are_counted():
         raise DataError("never")
 
     options = {"zeroed": True, "draws": 10, "seed": 1, "progress": lambda *_: None}
-    drawn = draw_pipeline(moody, sweep, points, **options)
+    drawn = draw_pipeline(unreliable, sweep, points, **options)
     assert (len(drawn.torque_nm), drawn.refused) == (5, 5)
     with pytest.raises(DataError, match="each of 10 draws"):
         draw_pipeline(never, sweep, points, **options)
 
 
 @pytest.mark.thorough
-def test_a_procedure_asks_for_it_and_document_and_terminal_tell():
+def test_validation_is_in_document_and_summary():
     frequencies, scatter = (2.0, 6.0, 10.0, 14.0), np.linspace(-0.02, 0.02, 5)
     sensors = {"tester.torque": instrument(gain="0.3 %", drift="0.01 N·m")}
     rig = {f: 0.9 + 0.02 * f + 0.004 * f**2 for f in frequencies}

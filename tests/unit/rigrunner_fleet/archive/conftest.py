@@ -34,9 +34,10 @@ def database(request, tmp_path) -> str:
         return str(tmp_path / "archive.sqlite")
     place = request.getfixturevalue("server")
     host = place.removeprefix("?host=")
-    with psycopg.connect(host=host, user="rigrunner", dbname="postgres", autocommit=True) as made:
+    login = {"host": host, "user": "rigrunner", "dbname": "postgres"}
+    with psycopg.connect(**login, autocommit=True) as connection:
         for statement in _EMPTIED:
-            made.execute(statement)
+            connection.execute(statement)
     return f"postgresql://rigrunner@/postgres{place}"
 
 

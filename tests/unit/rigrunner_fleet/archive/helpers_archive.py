@@ -34,9 +34,9 @@ def estimate(value: float | None, u: float = 0.005, unit: str = "N·m") -> dict:
 
 
 def result_document(torque_nm: float = 0.72, verdict: str = "pass", **changed: object) -> dict:
-    """Return a result as `result.json` has it, with two set-points, of what an archive reads."""
+    """Return what an archive reads of a `result.json`, with two set-points."""
     frequencies = (10.0, 20.0)
-    known = {
+    document = {
         "format": "rigrunner: result/1",
         "measurand": {"symbol": "Td", "name": "load-induced starting torque", "unit": "N·m"},
         "run": {"mandrel": "M-01"},
@@ -55,14 +55,14 @@ def result_document(torque_nm: float = 0.72, verdict: str = "pass", **changed: o
             "probability_of_conformity": 0.99,
         },
         "checks": [{"name": "a", "ok": True}, {"name": "b", "ok": False}],
-        "points": [_point(number, each) for number, each in enumerate(frequencies, 1)],
+        "points": [_point(number, hz) for number, hz in enumerate(frequencies, 1)],
         "compensations": {
             "template_inverse": {
                 "checks": [{"name": "c", "ok": False}],
                 "parameters": {"inertia": estimate(0.00232, 1e-6, "kg·m²")},
                 "points": [
-                    {**_frequencies(each), "torque": estimate(torque_nm + each / 1000)}
-                    for each in frequencies
+                    {**_frequencies(hz), "torque": estimate(torque_nm + hz / 1000)}
+                    for hz in frequencies
                 ],
             }
         },
@@ -76,7 +76,7 @@ def result_document(torque_nm: float = 0.72, verdict: str = "pass", **changed: o
             }
         ],
     }  # fmt: skip
-    return known | changed
+    return document | changed
 
 
 def store_run(
@@ -84,14 +84,14 @@ def store_run(
 ) -> Path:
     """Write and seal a small run; its inputs are those of the header.
 
-    Without a recording it takes a third less: enough for who looks at its result alone.
+    Without a recording it takes a third less time, if only the result is needed.
     """
     number = next(_NUMBERS)
     folder = runs / (name or f"run-{number}")
     folder.parent.mkdir(parents=True, exist_ok=True)
     folder.mkdir()
-    known = header_of(folder.name, **header)
-    write_run(folder, [recording(samples=50, seed=number)] * recordings, header=known)
+    run_header = header_of(folder.name, **header)
+    write_run(folder, [recording(samples=50, seed=number)] * recordings, header=run_header)
     seal(folder, result_document() if document is None else document)
     return folder
 
@@ -118,22 +118,22 @@ def _point(number: int, frequency_hz: float) -> dict:
 
 @contextmanager
 def postgresql_server() -> Iterator[str]:
-    """Run a PostgreSQL of our own, reached by a socket in a folder; give what follows its name."""
+    """Run a PostgreSQL server with its socket in a folder; yield the end of its URL."""
     programs = _programs()
     if programs is None:
         lacking("POSTGRES", "there is no PostgreSQL here")
     folder = Path(tempfile.mkdtemp(prefix="pg", dir="/tmp"))
-    somebody = _somebody(folder)
+    user = _user(folder)
     data = folder / "data"
     options = f"-c listen_addresses='' -c unix_socket_directories={folder} -c fsync=off"
     try:
-        _run([programs / "initdb", "-D", data, "-A", "trust", "-U", "rigrunner", "-N"], somebody)
+        _run([programs / "initdb", "-D", data, "-A", "trust", "-U", "rigrunner", "-N"], user)
         start = [programs / "pg_ctl", "-D", data, "-w", "-l", folder / "log", "-o", options]
-        _run([*start, "start"], somebody)
+        _run([*start, "start"], user)
         try:
             yield f"?host={folder}"
         finally:
-            _run([programs / "pg_ctl", "-D", data, "-m", "immediate", "stop"], somebody)
+            _run([programs / "pg_ctl", "-D", data, "-m", "immediate", "stop"], user)
     finally:
         shutil.rmtree(folder)
 
@@ -144,27 +144,27 @@ def has_postgresql() -> bool:
 
 def _programs() -> Path | None:
     """Return the folder of PostgreSQL's programs: Debian keeps them off the path."""
-    found = shutil.which("initdb")
-    places = [Path(found).parent] if found else Path("/usr/lib/postgresql").glob("*/bin")
-    return max((each for each in places if (each / "initdb").exists()), default=None)
+    initdb = shutil.which("initdb")
+    places = [Path(initdb).parent] if initdb else Path("/usr/lib/postgresql").glob("*/bin")
+    return max((folder for folder in places if (folder / "initdb").exists()), default=None)
 
 
-def _somebody(folder: Path) -> dict[str, object]:
-    """Return as whom PostgreSQL runs, which refuses to be root's, and give the folder to them."""
+def _user(folder: Path) -> dict[str, object]:
+    """Return the user for PostgreSQL, which refuses to run as root, and give it the folder."""
     if os.geteuid() != 0:
         return {}
     os.chown(folder, NOBODY, NOBODY)
     return {"user": NOBODY, "group": NOBODY, "extra_groups": []}
 
 
-def _run(command: list[object], somebody: dict[str, object]) -> None:
-    done = subprocess.run(
-        [str(each) for each in command],
+def _run(command: list[object], user: dict[str, object]) -> None:
+    process = subprocess.run(
+        [str(argument) for argument in command],
         cwd="/",
         stdin=subprocess.DEVNULL,
         stdout=subprocess.PIPE,
         stderr=subprocess.STDOUT,
         check=False,
-        **somebody,
+        **user,
     )
-    assert done.returncode == 0, done.stdout.decode()
+    assert process.returncode == 0, process.stdout.decode()

@@ -17,10 +17,10 @@ LIMITS_OHM = {0.0: (99.883, 100.117), 100.0: (138.203, 138.808)}
 def resistance_document(ohms: Mapping[float, float], unit: str = "Ω", u: float = 0.005) -> dict:
     """Return a result as `result.json` has it: a resistance for each temperature in °C."""
     factor = {"Ω": 1.0, "mΩ": 1000.0}[unit]
-    found, parts = [], []
+    results, parts = [], []
     for celsius, ohm in ohms.items():
         result = estimate(ohm * factor, u * factor, unit)
-        found.append(
+        results.append(
             {
                 "name": "resistance", "symbol": "R", "text": "resistance of the sensor",
                 "coordinates": {"chamber.temperature": {"value": celsius, "unit": "°C"}},
@@ -43,7 +43,7 @@ def resistance_document(ohms: Mapping[float, float], unit: str = "Ω", u: float 
         "format": "rigrunner: result/1",
         "measurand": {"symbol": "", "name": "", "unit": "N·m"},
         "headline": {"method": None, "compensated": None, "budget": [], "raw_peak": None},
-        "results": found, "verdict": verdict, "limits": None,
+        "results": results, "verdict": verdict, "limits": None,
         "decision": {**verdict, "rule": "simple", "limit": "made", "parts": parts},
         "checks": [], "points": [], "no_load_points": [], "compensations": {}, "fits": [],
     }  # fmt: skip

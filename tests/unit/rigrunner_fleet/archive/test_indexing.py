@@ -30,19 +30,20 @@ def archive(database):
     opened.close()
 
 
-def found(archive, table="runs", **filters):
+def rows_of(archive, table="runs", **filters):
     return list(query(table, database=str(archive.file or archive.location), **filters))
 
 
 def test_what_is_known_of_a_run_is_in_its_row(archive, runs):
     inputs = {"specimen": "SN-1", "type": "GE20", "lot": "L7", "operator": "Zoë", "order": "A"}
     folder = store_run(runs, "one", inputs=inputs, people={"operator": "Zoë"})
-    (done,) = index(archive, [runs])
-    assert (done.runs, done.new, done.changed, done.unreadable, done.missing) == (1, 1, 0, (), ())
-    (row,) = found(archive)
+    (indexed,) = index(archive, [runs])
+    assert (indexed.runs, indexed.new, indexed.changed) == (1, 1, 0)
+    assert (indexed.unreadable, indexed.missing) == ((), ())
+    (row,) = rows_of(archive)
     assert row["folder"] == str(folder)
     assert row["started_utc"] == datetime(2026, 3, 1, 12, tzinfo=UTC)
-    wanted = {
+    expected = {
         "run_id": "one", "procedure": "SSPB-STT-1000", "revision": "A", "rig": "simulated",
         "specimen": "SN-1", "type": "GE20", "lot": "L7", "operator": "Zoë", "mandrel": "M-01",
         "outcome": "completed", "sealed": True, "recordings": 1, "method": "template_inverse",
@@ -50,7 +51,7 @@ def test_what_is_known_of_a_run_is_in_its_row(archive, runs):
         "verdict": "pass", "failed_checks": 2, "approval": "draft", "simulated": False,
         "no_load_run": "no-load", "problem": "", "missing": False,
     }  # fmt: skip
-    assert {name: row[name] for name in wanted} == wanted
+    assert {name: row[name] for name in expected} == expected
     with h5py.File(folder / "run.h5") as file:
         manifest = file["entry/manifest"][()].tobytes()
         assert row["digest_sha256"] == file["entry"].attrs["sha256"]
@@ -62,25 +63,25 @@ def test_points_figures_inputs_and_files_are_in_their_tables(archive, runs):
     folder = store_run(runs, "one", inputs={"specimen": "SN-1"})
     (folder / "note.txt").write_text("seen\n")
     index(archive, [runs])
-    points = found(archive, "points")
-    assert [each["set_frequency_hz"] for each in points] == [10.0, 20.0]
-    assert [each["torque_nm"] for each in points] == pytest.approx([0.73, 0.74])
-    assert [each["raw_peak_nm"] for each in points] == [3.0, 4.0]
-    assert [each["number"] for each in points] == [1, 2]
-    assert {each["run_id"] for each in points} == {"one"}
+    points = rows_of(archive, "points")
+    assert [point["set_frequency_hz"] for point in points] == [10.0, 20.0]
+    assert [point["torque_nm"] for point in points] == pytest.approx([0.73, 0.74])
+    assert [point["raw_peak_nm"] for point in points] == [3.0, 4.0]
+    assert [point["number"] for point in points] == [1, 2]
+    assert {point["run_id"] for point in points} == {"one"}
     figures = {
-        (each["source"], each["name"]): (each["value"], each["unit"])
-        for each in found(archive, "figures")
+        (figure["source"], figure["name"]): (figure["value"], figure["unit"])
+        for figure in rows_of(archive, "figures")
     }
     assert figures == {
         ("template_inverse", "inertia"): (0.00232, "kg·m²"),
         ("fit polynomial", "c0"): (0.9, "N·m"),
         ("zero", "tester.torque"): (0.0123, "N·m"),
     }
-    assert [(each["name"], each["value"]) for each in found(archive, "inputs")] == [
+    assert [(row["name"], row["value"]) for row in rows_of(archive, "inputs")] == [
         ("specimen", "SN-1")
     ]
-    files = {each["name"]: each["sha256"] for each in found(archive, "files")}
+    files = {file["name"]: file["sha256"] for file in rows_of(archive, "files")}
     assert files == {"run.h5": "", "note.txt": hashlib.sha256(b"seen\n").hexdigest()}
 
 
@@ -92,8 +93,8 @@ def test_only_what_is_new_or_changed_is_read_again(archive, runs):
     (first / "report.html").write_text("<p>")
     (once_more,) = index(archive, [runs])
     assert (once_more.new, once_more.changed) == (0, 1)
-    known = (second / "run.h5").stat()
-    os.utime(second / "run.h5", ns=(known.st_atime_ns, known.st_mtime_ns + 1))
+    stat = (second / "run.h5").stat()
+    os.utime(second / "run.h5", ns=(stat.st_atime_ns, stat.st_mtime_ns + 1))
     assert index(archive, [runs])[0].changed == 1
 
 
@@ -109,12 +110,12 @@ def test_a_later_decision_is_the_verdict_in_force(archive, quick, tmp_path):
         "    measurand: {nature: load_induced, condition: at_reversal, load: 1000 N}\n"
         "  rule: simple\n"
     )
-    words = ["decide", str(folder), "--acceptance", str(limits), "--by", "Ann", "--reason", "new"]
-    assert main(words) == 1
+    command = ["decide", str(folder), "--acceptance", str(limits), "--by", "Ann", "--reason", "new"]
+    assert main(command) == 1
     index(archive, [folder.parent])
-    (row,) = found(archive)
+    (row,) = rows_of(archive)
     assert (row["verdict"], row["simulated"]) == ("fail", True)
-    first, second = found(archive, "decisions")
+    first, second = rows_of(archive, "decisions")
     assert (first["file"], first["verdict"], first["in_force"]) == ("run.h5", "pass", False)
     assert (second["file"], second["verdict"], second["in_force"]) == (
         "decision-2.json",
@@ -126,24 +127,26 @@ def test_a_later_decision_is_the_verdict_in_force(archive, quick, tmp_path):
 
 def test_the_rows_of_a_real_run_are_the_numbers_of_its_result(archive, demo):
     index(archive, [demo.folder])
-    (row,) = found(archive, specimen="DEMO-0001")
+    (row,) = rows_of(archive, specimen="DEMO-0001")
     document = json.loads((demo.loaded / "result.json").read_text())
     headline = document["headline"]["compensated"]
     assert row["torque_nm"] == headline["value"]
     assert row["expanded_nm"] == headline["expanded_uncertainty_95"]
     assert row["verdict"] == document["decision"]["verdict"]
-    points = found(archive, "points", specimen="DEMO-0001")
+    points = rows_of(archive, "points", specimen="DEMO-0001")
     compensated = document["compensations"]["template_inverse"]["points"]
-    assert [each["torque_nm"] for each in points] == [one["torque"]["value"] for one in compensated]
-    raw = [one["raw_peak"]["mean"]["value"] for one in document["points"]]
-    assert [each["raw_peak_nm"] for each in points] == raw
+    torques = [point["torque"]["value"] for point in compensated]
+    assert [point["torque_nm"] for point in points] == torques
+    raw = [point["raw_peak"]["mean"]["value"] for point in document["points"]]
+    assert [point["raw_peak_nm"] for point in points] == raw
     (inertia,) = (
-        each
-        for each in found(archive, "figures", specimen="DEMO-0001")
-        if (each["source"], each["name"]) == ("template_inverse", "inertia")
+        figure
+        for figure in rows_of(archive, "figures", specimen="DEMO-0001")
+        if (figure["source"], figure["name"]) == ("template_inverse", "inertia")
     )
-    stated = document["compensations"]["template_inverse"]["parameters"]["inertia"]
-    assert (inertia["value"], inertia["u"]) == (stated["value"], stated["standard_uncertainty"])
+    parameter = document["compensations"]["template_inverse"]["parameters"]["inertia"]
+    assert inertia["value"] == parameter["value"]
+    assert inertia["u"] == parameter["standard_uncertainty"]
 
 
 def test_a_damaged_file_is_listed_and_stops_nothing(archive, runs):
@@ -154,9 +157,9 @@ def test_a_damaged_file_is_listed_and_stops_nothing(archive, runs):
     (bad / "run.h5").write_bytes(content[: len(content) // 2])
     (worse := runs / "worse").mkdir()
     (worse / "run.h5").write_bytes(b"nothing")
-    (done,) = index(archive, [runs])
-    assert [path for path, _ in done.unreadable] == ["bad", "worse"]
-    rows = {each["path"]: each for each in found(archive)}
+    (indexed,) = index(archive, [runs])
+    assert [path for path, _ in indexed.unreadable] == ["bad", "worse"]
+    rows = {row["path"]: row for row in rows_of(archive)}
     assert rows["good"]["problem"] == ""
     assert "truncated or damaged" in rows["bad"]["problem"]
     assert rows["bad"]["specimen"] == rows["good"]["specimen"], "what was known of it is kept"
@@ -180,26 +183,26 @@ class Dying:
 def test_a_file_that_ends_the_process_that_reads_it_is_one_more_that_cannot_be_read(archive, runs):
     store_run(runs, "deadly")
     store_run(runs, "good")
-    (done,) = index(archive, [runs], workers=Dying())
-    assert done.unreadable == (("deadly", "the process was ended by SIGSEGV"),)
-    assert [each["problem"] for each in found(archive)] == ["the process was ended by SIGSEGV", ""]
+    (indexed,) = index(archive, [runs], workers=Dying())
+    assert indexed.unreadable == (("deadly", "the process was ended by SIGSEGV"),)
+    assert [row["problem"] for row in rows_of(archive)] == ["the process was ended by SIGSEGV", ""]
     (again,) = index(archive, [runs])
     assert (again.new, again.changed, again.unreadable) == (0, 1, ()), "it may have been killed"
-    assert [each["problem"] for each in found(archive)] == ["", ""]
+    assert [row["problem"] for row in rows_of(archive)] == ["", ""]
 
 
 @pytest.mark.parametrize("database", first(1, ["sqlite", "postgresql"]), indirect=True)
 def test_processes_read_the_same_as_this_one(archive, runs):
     for name in ("one", "two", "three"):
         store_run(runs, name, inputs={"specimen": name})
-    told = []
-    index(archive, [runs], workers=Processes(2), progress=lambda *done: told.append(done))
-    assert (told[0], told[-1]) == ((0, 3), (3, 3))
+    counts = []
+    index(archive, [runs], workers=Processes(2), progress=lambda *count: counts.append(count))
+    assert (counts[0], counts[-1]) == ((0, 3), (3, 3))
     tables = ("runs", "points", "figures", "inputs", "files")
-    parallel = {table: found(archive, table) for table in tables}
+    parallel = {table: rows_of(archive, table) for table in tables}
     rebuild(archive, [runs])
     for table, rows in parallel.items():
-        assert by_name(found(archive, table)) == by_name(rows)
+        assert by_name(rows_of(archive, table)) == by_name(rows)
 
 
 def by_name(rows):
@@ -213,7 +216,7 @@ def test_a_file_whose_texts_lead_elsewhere_is_refused(archive, runs):
         del file["entry/inputs"]
         file["entry/inputs"] = h5py.ExternalLink("/etc/passwd", "/")
     index(archive, [runs])
-    assert "is a link" in found(archive)[0]["problem"]
+    assert "is a link" in rows_of(archive)[0]["problem"]
 
 
 @pytest.mark.parametrize(
@@ -227,9 +230,9 @@ def test_a_file_whose_texts_lead_elsewhere_is_refused(archive, runs):
 )
 def test_a_result_of_other_shapes_gives_unknown_numbers(archive, runs, document):
     store_run(runs, "odd", document)
-    (done,) = index(archive, [runs])
-    assert done.unreadable == ()
-    (row,) = found(archive)
+    (indexed,) = index(archive, [runs])
+    assert indexed.unreadable == ()
+    (row,) = rows_of(archive)
     assert (row["torque_nm"], row["u_nm"]) == (None, None)
 
 
@@ -238,17 +241,17 @@ def test_a_result_that_is_not_a_number_is_unknown(archive, runs):
     store_run(runs, "nan", document)
     store_run(runs, "inf", result_document(float("inf")))
     index(archive, [runs])
-    assert [each["torque_nm"] for each in found(archive)] == [None, None]
-    assert found(archive, torque="-1..1 N·m") == []
+    assert [row["torque_nm"] for row in rows_of(archive)] == [None, None]
+    assert rows_of(archive, torque="-1..1 N·m") == []
 
 
 def test_names_that_are_odd_come_back_as_they_are(archive, runs):
     odd = "O'Brien\"; DROP TABLE runs; -- %_ \N{GREEK SMALL LETTER MU} \u202e[a-z]"
     store_run(runs, "one", inputs={"specimen": odd, odd: odd})
     index(archive, [runs])
-    (row,) = found(archive, specimen=odd)
+    (row,) = rows_of(archive, specimen=odd)
     assert row["specimen"] == odd
-    assert [each["name"] for each in found(archive, "inputs", inputs={odd: odd})] == [
+    assert [row["name"] for row in rows_of(archive, "inputs", inputs={odd: odd})] == [
         odd,
         "specimen",
     ]
@@ -258,30 +261,30 @@ def test_what_no_database_takes_is_escaped(archive, runs):
     measurand = {"name": "\udc80", "symbol": "T"}
     store_run(runs, "one", result_document(measurand=measurand), inputs={"specimen": "a\0b"})
     index(archive, [runs])
-    (row,) = found(archive)
+    (row,) = rows_of(archive)
     assert (row["specimen"], row["measurand"]) == ("a\\x00b", "\\udc80")
 
 
 def test_texts_that_are_too_long_for_an_index_are_shortened(archive, runs):
     rng = np.random.default_rng(1)
-    long = "".join(chr(each) for each in rng.integers(0x4E00, 0x9FFF, 10_000))
+    long = "".join(chr(code) for code in rng.integers(0x4E00, 0x9FFF, 10_000))
     store_run(runs, "one", inputs={"specimen": long, long: long, "lot": "short"})
-    (done,) = index(archive, [runs])
-    assert done.unreadable == ()
-    (row,) = found(archive)
+    (indexed,) = index(archive, [runs])
+    assert indexed.unreadable == ()
+    (row,) = rows_of(archive)
     assert row["specimen"] == f"{long[:599]}…"
-    assert [each["value"] for each in found(archive, "inputs")][-1] == long
-    assert len(found(archive, lot="short")) == 1
+    assert [row["value"] for row in rows_of(archive, "inputs")][-1] == long
+    assert len(rows_of(archive, lot="short")) == 1
 
 
 def test_a_path_that_is_too_long_for_an_index_is_named(archive, runs):
     store_run(runs / ("a" * 250) / ("b" * 250) / ("c" * 200), "deep")
     store_run(runs, "good")
-    (done,) = index(archive, [runs])
-    ((path, problem),) = done.unreadable
+    (indexed,) = index(archive, [runs])
+    ((path, problem),) = indexed.unreadable
     assert path.endswith("/deep")
     assert "too long" in problem
-    assert [each["run_id"] for each in found(archive)] == ["good"]
+    assert [row["run_id"] for row in rows_of(archive)] == ["good"]
 
 
 def test_a_file_of_a_far_future_and_a_pipe_end_nothing(archive, runs):
@@ -291,16 +294,16 @@ def test_a_file_of_a_far_future_and_a_pipe_end_nothing(archive, runs):
         os.utime(folder / "note.txt", times=(0, 10**10))
     (runs / "pipe").mkdir()
     os.mkfifo(runs / "pipe" / "run.h5")
-    (done,) = index(archive, [runs])
-    assert [path for path, _ in done.unreadable] == ["pipe"]
-    assert "not a regular file" in done.unreadable[0][1]
+    (indexed,) = index(archive, [runs])
+    assert [path for path, _ in indexed.unreadable] == ["pipe"]
+    assert "not a regular file" in indexed.unreadable[0][1]
 
 
 def test_a_run_that_is_not_sealed_is_looked_at_each_time(archive, runs):
     (runs / "open").mkdir()
     write_run(runs / "open", TWO)
     index(archive, [runs])
-    (row,) = found(archive)
+    (row,) = rows_of(archive)
     assert (row["sealed"], row["recordings"], row["torque_nm"]) == (False, 2, None)
     assert index(archive, [runs])[0].changed == 1
 
@@ -309,9 +312,9 @@ def test_runs_are_found_at_any_depth_but_not_in_hidden_folders_or_behind_links(a
     store_run(runs / "2026" / "rig-1", "deep")
     store_run(runs / ".hidden", "hidden")
     (runs / "link").symlink_to(runs / "2026")
-    (done,) = index(archive, [runs])
-    assert done.runs == 1
-    assert found(archive)[0]["path"] == "2026/rig-1/deep"
+    (indexed,) = index(archive, [runs])
+    assert indexed.runs == 1
+    assert rows_of(archive)[0]["path"] == "2026/rig-1/deep"
 
 
 def test_a_run_whose_files_are_gone_is_kept_and_said_to_be_gone(archive, runs):
@@ -320,9 +323,9 @@ def test_a_run_whose_files_are_gone_is_kept_and_said_to_be_gone(archive, runs):
     index(archive, [runs])
     shutil.rmtree(folder)
     for _ in range(2):
-        (done,) = index(archive, [runs])
-        assert done.missing == ("gone",)
-    assert {each["run_id"]: each["missing"] for each in found(archive)} == {
+        (indexed,) = index(archive, [runs])
+        assert indexed.missing == ("gone",)
+    assert {row["run_id"]: row["missing"] for row in rows_of(archive)} == {
         "gone": True,
         "here": False,
     }
@@ -333,37 +336,37 @@ def test_a_run_that_was_moved_is_not_gone(archive, runs):
     index(archive, [runs])
     (runs / "2026").mkdir()
     folder.rename(runs / "2026" / "one")
-    (done,) = index(archive, [runs])
-    assert done.missing == ()
-    assert [each["path"] for each in found(archive, copies=True)] == ["2026/one"]
+    (indexed,) = index(archive, [runs])
+    assert indexed.missing == ()
+    assert [row["path"] for row in rows_of(archive, copies=True)] == ["2026/one"]
 
 
 def test_a_copy_of_a_run_counts_once(archive, runs):
     folder = store_run(runs, "one")
     shutil.copytree(folder, runs / "copies" / "one")
     index(archive, [runs])
-    assert len(found(archive)) == 1
-    assert len(found(archive, "points")) == 2
-    assert len(found(archive, copies=True)) == 2
+    assert len(rows_of(archive)) == 1
+    assert len(rows_of(archive, "points")) == 2
+    assert len(rows_of(archive, copies=True)) == 2
 
 
 def test_a_rebuilt_archive_is_the_same_without_what_is_gone(archive, runs):
     gone = store_run(runs, "gone")
     store_run(runs, "here")
     index(archive, [runs])
-    before = {table: found(archive, table) for table in ("runs", "points", "figures", "inputs")}
+    before = {table: rows_of(archive, table) for table in ("runs", "points", "figures", "inputs")}
     shutil.rmtree(gone)
     rebuild(archive, [])
     for table, rows in before.items():
-        assert found(archive, table) == [each for each in rows if each["run_id"] == "here"]
+        assert rows_of(archive, table) == [row for row in rows if row["run_id"] == "here"]
 
 
 def test_two_folders_are_in_one_archive(archive, tmp_path):
     one, two = tmp_path / "a", tmp_path / "b"
     store_run(one, "same-name")
     store_run(two, "same-name")
-    assert [each.new for each in index(archive, [one, two])] == [1, 1]
-    assert {each["folder"] for each in found(archive)} == {
+    assert [indexed.new for indexed in index(archive, [one, two])] == [1, 1]
+    assert {row["folder"] for row in rows_of(archive)} == {
         str(one / "same-name"),
         str(two / "same-name"),
     }
@@ -398,10 +401,10 @@ def test_an_archive_of_another_version_is_refused_and_can_be_rebuilt(archive, ru
         connection.exec_driver_sql("UPDATE archive SET value = '0'")
         connection.exec_driver_sql("DROP TABLE figures")
     with pytest.raises(DataError, match="is of version 0") as caught:
-        found(archive)
+        rows_of(archive)
     assert "rebuild" in caught.value.hint
     rebuild(archive, [runs])
-    assert len(found(archive)) == 1
+    assert len(rows_of(archive)) == 1
 
 
 def test_a_file_that_is_no_archive_is_refused(tmp_path):
@@ -424,5 +427,5 @@ def test_a_folder_that_cannot_be_read_is_told(archive, runs, monkeypatch):
         return plain(path)
 
     monkeypatch.setattr(os, "scandir", scandir)
-    (told,) = index(archive, [runs])
-    assert told.unreadable == (("locked", "the folder cannot be read: Permission denied"),)
+    (indexed,) = index(archive, [runs])
+    assert indexed.unreadable == (("locked", "the folder cannot be read: Permission denied"),)

@@ -28,7 +28,7 @@ def archived(database, runs):
     return database
 
 
-def found(database, **filters):
+def results_of(database, **filters):
     rows = query("results", database=database, **filters)
     return [(row["run_id"], row["place"], row["value"], row["unit"]) for row in rows]
 
@@ -36,13 +36,13 @@ def found(database, **filters):
 def test_each_result_is_kept_as_it_is_stated_with_limit_and_verdict(archived):
     (row,) = query("results", database=archived, result="resistance", where={"temperature": 100},
                    verdict="fail")  # fmt: skip
-    stated = {
+    expected = {
         "run_id": "bad", "name": "resistance", "symbol": "R", "unit": "mΩ",
         "measurand": "resistance of the sensor", "place": "chamber.temperature = 100 °C",
         "value": 138950.0, "u": 5.0, "expanded": 10.0, "dof": float("inf"), "readings": 5,
         "lower": 138203.0, "upper": 138808.0, "verdict": "fail", "si_unit": "Ω",
     }  # fmt: skip
-    assert {name: row[name] for name in stated} == stated
+    assert {name: row[name] for name in expected} == expected
     assert row["si_value"] == pytest.approx(138.95)
 
 
@@ -55,7 +55,7 @@ def test_each_result_is_kept_as_it_is_stated_with_limit_and_verdict(archived):
 )  # fmt: skip
 def test_a_coordinate_is_named_in_any_unit_with_its_role_or_without(archived, where):
     at_100 = "chamber.temperature = 100 °C"
-    assert found(archived, where=where) == [
+    assert results_of(archived, where=where) == [
         ("good", at_100, 138.53, "Ω"), ("bad", at_100, 138950.0, "mΩ"),
     ]  # fmt: skip
     assert len(query(database=archived, where=where)) == 2
@@ -66,22 +66,22 @@ def test_a_coordinate_is_named_in_any_unit_with_its_role_or_without(archived, wh
               {"temperature": 99}]
 )  # fmt: skip
 def test_another_coordinate_finds_nothing(archived, where):
-    assert found(archived, where=where) == []
+    assert results_of(archived, where=where) == []
     assert len(query(database=archived, where=where)) == 0
 
 
 def test_a_range_holds_in_any_unit_and_at_the_place_that_is_named(archived):
-    wanted = {"resistance": "138.9..139 Ω"}
-    assert [run for run, *_ in found(archived, result=wanted)] == ["bad"]
-    assert found(archived, result=wanted, where={"temperature": 0}) == []
-    assert query(database=archived, result=wanted).column("run_id") == ["bad"]
-    assert found(archived, result={"resistance": "138.9..139 V"}) == []
+    limits = {"resistance": "138.9..139 Ω"}
+    assert [run for run, *_ in results_of(archived, result=limits)] == ["bad"]
+    assert results_of(archived, result=limits, where={"temperature": 0}) == []
+    assert query(database=archived, result=limits).column("run_id") == ["bad"]
+    assert results_of(archived, result={"resistance": "138.9..139 V"}) == []
     assert len(query(database=archived, result=["resistance", "air"])) == 0, "every one is there"
 
 
 def test_what_is_no_place_is_refused(archived):
     with pytest.raises(UsageError, match="'100 Grad'"):
-        found(archived, where={"temperature": "100 Grad"})
+        results_of(archived, where={"temperature": "100 Grad"})
 
 
 def test_a_study_counts_runs_not_values_that_did_not_pass_all_checks(database, runs):
@@ -91,5 +91,5 @@ def test_a_study_counts_runs_not_values_that_did_not_pass_all_checks(database, r
     store_run(runs, "doubtful", resistance_document(ohms) | {"checks": [failed]})
     with closing(open_archive(database=database)) as archive:
         index(archive, [runs])
-        found = observe(archive, "resistance", Filters())
-    assert "1 of 2 runs did not pass all checks of the analysis" in found.warnings
+        observations = observe(archive, "resistance", Filters())
+    assert "1 of 2 runs did not pass all checks of the analysis" in observations.warnings

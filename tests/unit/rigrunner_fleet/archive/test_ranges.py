@@ -31,9 +31,9 @@ from rigrunner_fleet.archive.ranges import Range, range_of, since, until
     ],
 )
 def test_a_range_is_read_in_si_units(text, low, high):
-    found = range_of(text, "torque")
-    assert (found.low, found.high) == (pytest.approx(low), pytest.approx(high))
-    assert found.dimension == "torque"
+    parsed = range_of(text, "torque")
+    assert (parsed.low, parsed.high) == (pytest.approx(low), pytest.approx(high))
+    assert parsed.dimension == "torque"
 
 
 @pytest.mark.parametrize(
@@ -67,9 +67,9 @@ def test_ends_of_two_dimensions_are_refused():
 
 
 def test_a_nominal_value_stands_for_itself():
-    found = range_of("10 Hz", "frequency", nominal=True)
-    assert found.low < 10 < found.high
-    assert found.high - found.low == pytest.approx(2e-5)
+    parsed = range_of("10 Hz", "frequency", nominal=True)
+    assert parsed.low < 10 < parsed.high
+    assert parsed.high - parsed.low == pytest.approx(2e-5)
     assert range_of("0 Hz", "frequency", nominal=True) == Range(0.0, 0.0, "frequency")
 
 

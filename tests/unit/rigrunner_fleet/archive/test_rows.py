@@ -123,19 +123,19 @@ def test_a_data_frame_has_times_and_numbers():
 
 
 def test_points_become_a_dataset_of_run_and_point(archive):
-    found = query("points", runs=archive).to_xarray()
-    assert dict(found.sizes) == {"run": 2, "point": 2}
-    assert found["specimen"].dims == ("run",)
-    torque = found["torque_nm"].sel(run="one").to_numpy()
+    dataset = query("points", runs=archive).to_xarray()
+    assert dict(dataset.sizes) == {"run": 2, "point": 2}
+    assert dataset["specimen"].dims == ("run",)
+    torque = dataset["torque_nm"].sel(run="one").to_numpy()
     assert torque == pytest.approx([0.73, 0.74])
-    assert np.isnan(found["torque_nm"].sel(run="two", point=2))
-    assert found["started_utc"].dtype.kind == "M"
+    assert np.isnan(dataset["torque_nm"].sel(run="two", point=2))
+    assert dataset["started_utc"].dtype.kind == "M"
 
 
 def test_runs_become_a_dataset_of_rows(archive):
-    found = query(runs=archive).to_xarray()
-    assert found["torque_nm"].dims == ("row",)
-    assert found["torque_nm"].to_numpy() == pytest.approx([0.72, 0.8])
+    dataset = query(runs=archive).to_xarray()
+    assert dataset["torque_nm"].dims == ("row",)
+    assert dataset["torque_nm"].to_numpy() == pytest.approx([0.72, 0.8])
 
 
 def test_a_run_that_is_there_twice_makes_no_dataset(archive):
@@ -153,7 +153,7 @@ def test_a_plot_has_a_series_for_each_value(archive):
     assert axes.get_ylabel() == "torque / N·m"
     assert axes.get_title(loc="left") == "runs, by specimen"
     lines = [container.lines[0].get_ydata() for container in axes.containers]
-    assert [list(each) for each in lines] == [[0.72], [0.8]]
+    assert [list(line) for line in lines] == [[0.72], [0.8]]
 
 
 def test_a_column_that_there_is_not_is_named():

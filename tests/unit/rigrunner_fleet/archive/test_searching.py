@@ -32,29 +32,29 @@ FREQUENCIES = [1.0, 10.0, 35.0]
 
 
 HOURS = [*range(0, 100, 3), 36, 39]
-"""After START: among them the very moments that are asked for."""
+"""After START; the times of the filters are among them."""
 
 
-def many() -> list[dict]:
+def many_rows() -> list[dict]:
     """Rows of runs, as indexing would store them: each name, and all else at random."""
-    draw = random.Random(1)  # noqa: S311  (no secret)
+    rng = random.Random(1)  # noqa: S311  (no secret)
     return [
         {
             "run_id": f"run-{number}",
             "digest_sha256": f"{number:064d}",
             "started_utc": START + timedelta(hours=HOURS[number % len(HOURS)]),
             "specimen": NAMES[number % len(NAMES)],
-            "type": draw.choice(TYPES),
-            "rig": draw.choice(["rig-1", "rig-2"]),
-            "verdict": draw.choice(["pass", "fail", None]),
-            "torque_nm": draw.choice(TORQUES),
-            "simulated": draw.random() < 0.3,
-            "replayed": draw.random() < 0.3,
+            "type": rng.choice(TYPES),
+            "rig": rng.choice(["rig-1", "rig-2"]),
+            "verdict": rng.choice(["pass", "fail", None]),
+            "torque_nm": rng.choice(TORQUES),
+            "simulated": rng.random() < 0.3,
+            "replayed": rng.random() < 0.3,
             "points": [
-                (draw.choice(FREQUENCIES), draw.choice(TORQUES)) for _ in range(draw.randint(0, 3))
+                (rng.choice(FREQUENCIES), rng.choice(TORQUES)) for _ in range(rng.randint(0, 3))
             ],
-            "order": draw.choice(["A-1", "A-2", None]),
-            "inertia": draw.choice([0.0022, 0.0024, None]),
+            "order": rng.choice(["A-1", "A-2", None]),
+            "inertia": rng.choice([0.0022, 0.0024, None]),
         }
         for number in range(5 * len(NAMES))
     ]
@@ -81,11 +81,11 @@ WORDS = st.lists(st.sampled_from(list(OPTIONS)), max_size=3, unique=True).flatma
 """Few at a time: many together leave nothing to compare."""
 
 
-def stored(archive, every):
+def store_rows(archive, data):
     """Put rows into an empty archive."""
     archive.make()
     archive.empty()
-    facts = [_facts(row) for row in every]
+    facts = [_facts(row) for row in data]
     with archive.writing() as connection:
         store(connection, root_of(connection, archive.file, Path("/nowhere")), facts)
 
@@ -124,8 +124,8 @@ LAST = {
 }
 
 
-def alike(value, patterns):
-    """Say whether a text is like one of the patterns: another way than the databases'."""
+def matches_any(value, patterns):
+    """Return whether a text matches one of the patterns, with a regular expression."""
     patterns = [patterns] if isinstance(patterns, str) else patterns
     return any(
         value is not None
@@ -142,65 +142,65 @@ def within(value, text):
     return value is not None and low <= value <= high
 
 
-def point_fits(point, words):
-    return within(point[0], words["frequency"]) and (
-        "torque" not in words or within(point[1], words["torque"])
+def point_fits(point, filters):
+    return within(point[0], filters["frequency"]) and (
+        "torque" not in filters or within(point[1], filters["torque"])
     )
 
 
-def fits(row, words):
-    """Say whether a row fits: the meaning of the filters, told once more in Python."""
+def fits(row, filters):
+    """Return whether a row matches the filters, computed in Python."""
     checks = {
-        "specimen": lambda text: alike(row["specimen"], text),
-        "type": lambda text: alike(row["type"], text),
-        "rig": lambda text: alike(row["rig"], text),
+        "specimen": lambda text: matches_any(row["specimen"], text),
+        "type": lambda text: matches_any(row["type"], text),
+        "rig": lambda text: matches_any(row["rig"], text),
         "verdict": lambda allowed: (row["verdict"] or "none") in allowed,
-        "torque": lambda text: "frequency" in words or within(row["torque_nm"], text),
-        "frequency": lambda _: any(point_fits(each, words) for each in row["points"]),
+        "torque": lambda text: "frequency" in filters or within(row["torque_nm"], text),
+        "frequency": lambda _: any(point_fits(point, filters) for point in row["points"]),
         "since": lambda text: row["started_utc"] >= FIRST[text],
         "until": lambda text: row["started_utc"] <= LAST[text],
         "real": lambda _: not (row["simulated"] or row["replayed"]),
-        "inputs": lambda wanted: all(
-            name == "order" and alike(row["order"], text) for name, text in wanted.items()
+        "inputs": lambda inputs: all(
+            name == "order" and matches_any(row["order"], text) for name, text in inputs.items()
         ),
-        "figures": lambda wanted: all(within(row["inertia"], text) for text in wanted.values()),
+        "figures": lambda figures: all(within(row["inertia"], text) for text in figures.values()),
     }
-    return all(checks[name](value) for name, value in words.items())
+    return all(checks[name](value) for name, value in filters.items())
 
 
-def compare(archive, every, words):
-    """Ask the archive, and compare with the search in Python."""
-    found = rows(archive, "runs", filters_of(**words))
-    points = rows(archive, "points", filters_of(**words))
-    wanted = sorted(
-        (row for row in every if fits(row, words)),
+def compare(archive, data, filters):
+    """Search the archive, and compare with the search in Python."""
+    runs = rows(archive, "runs", filters_of(**filters))
+    points = rows(archive, "points", filters_of(**filters))
+    expected = sorted(
+        (row for row in data if fits(row, filters)),
         key=lambda row: (row["started_utc"], int(row["run_id"][4:])),
     )
-    assert found.column("run_id") == [row["run_id"] for row in wanted]
+    assert runs.column("run_id") == [row["run_id"] for row in expected]
     assert list(zip(points.column("run_id"), points.column("torque_nm"), strict=True)) == [
         (row["run_id"], torque)
-        for row in wanted
+        for row in expected
         for frequency, torque in row["points"]
-        if "frequency" not in words or point_fits((frequency, torque), words)
+        if "frequency" not in filters or point_fits((frequency, torque), filters)
     ]
 
 
 def test_a_query_finds_what_fits_and_nothing_else(database):
-    every = many()
+    data = many_rows()
     with closing(open_archive(database=database)) as archive:
-        stored(archive, every)
+        store_rows(archive, data)
 
         @settings(max_examples=examples(60), deadline=None)
-        @given(words=WORDS)
-        def check(words):
-            compare(archive, every, words)
+        @given(filters=WORDS)
+        def check(filters):
+            compare(archive, data, filters)
 
         check()
         for name in (*NAMES[:-2], *PATTERNS):
-            compare(archive, every, {"specimen": [name]})
+            compare(archive, data, {"specimen": [name]})
         for name in ("since", "until"):
             for text in FIRST if name == "since" else LAST:
-                compare(archive, every, {name: text})
+                compare(archive, data, {name: text})
 
 
 INJECTIONS = ["' OR '1'='1", "'; DROP TABLE runs; --", '" OR 1=1 --', "\\'; --", "%", "x' GLOB '*"]
@@ -209,9 +209,9 @@ INJECTIONS = ["' OR '1'='1", "'; DROP TABLE runs; --", '" OR 1=1 --', "\\'; --",
 @pytest.mark.parametrize("text", INJECTIONS)
 def test_no_text_becomes_part_of_the_statement(database, text):
     with closing(open_archive(database=database)) as archive:
-        stored(archive, _few())
-        for words in ({"specimen": text}, {"inputs": {text: text}}, {"specimen": f"{text}*"}):
-            assert len(rows(archive, "runs", filters_of(**words))) == 0
+        store_rows(archive, _few())
+        for filters in ({"specimen": text}, {"inputs": {text: text}}, {"specimen": f"{text}*"}):
+            assert len(rows(archive, "runs", filters_of(**filters))) == 0
         assert len(rows(archive, "runs", filters_of())) == 3
 
 
@@ -233,9 +233,9 @@ def _few():
 
 def test_a_limit_leaves_the_newest_runs_in_their_order(database):
     with closing(open_archive(database=database)) as archive:
-        stored(archive, _few())
-        found = rows(archive, "runs", filters_of(), limit=2)
-        assert found.column("run_id") == ["run-1", "run-2"]
+        store_rows(archive, _few())
+        newest = rows(archive, "runs", filters_of(), limit=2)
+        assert newest.column("run_id") == ["run-1", "run-2"]
         with pytest.raises(UsageError, match="selects nothing"):
             rows(archive, "runs", filters_of(), limit=0)
 
@@ -243,29 +243,29 @@ def test_a_limit_leaves_the_newest_runs_in_their_order(database):
 def test_the_newest_runs_are_found_by_their_index(database):
     """To sort a million runs takes a second."""
     with closing(open_archive(database=database)) as archive:
-        stored(archive, _few())
+        store_rows(archive, _few())
         with archive.reading() as connection:
             sqlite = connection.dialect.name == "sqlite"
             # Of three rows PostgreSQL would read all.
             connection.execute(text("SELECT 1" if sqlite else "SET enable_seqscan = off"))
-            asked = select_rows("runs", filters_of(), connection.dialect, 2)
-            statement = asked.compile(connection, compile_kwargs={"literal_binds": True})
+            select = select_rows("runs", filters_of(), connection.dialect, 2)
+            statement = select.compile(connection, compile_kwargs={"literal_binds": True})
             explain = "EXPLAIN QUERY PLAN" if sqlite else "EXPLAIN"
             plan = "\n".join(map(str, connection.exec_driver_sql(f"{explain} {statement}")))
     assert ("USING INDEX runs_by_start" if sqlite else "Backward using runs_by_start") in plan
 
 
 def test_a_run_without_a_start_is_the_oldest_on_both_engines(database):
-    few = _few()
-    few[1]["started_utc"] = None
+    stored_rows = _few()
+    stored_rows[1]["started_utc"] = None
     with closing(open_archive(database=database)) as archive:
-        stored(archive, few)
+        store_rows(archive, stored_rows)
         assert rows(archive, "runs", filters_of()).column("run_id") == ["run-1", "run-0", "run-2"]
         assert rows(archive, "runs", filters_of(), limit=1).column("run_id") == ["run-2"]
 
 
 @pytest.mark.parametrize(
-    ("words", "what", "hint"),
+    ("filters", "what", "hint"),
     [
         ({"specimn": "A"}, "there is no filter 'specimn'", "did you mean 'specimen'"),
         ({"verdict": "passed"}, "there is no verdict 'passed'", "conditional pass"),
@@ -273,9 +273,9 @@ def test_a_run_without_a_start_is_the_oldest_on_both_engines(database):
         ({"torque": "0.7 N·m"}, "is not a range", "0.5..0.8"),
     ],
 )
-def test_a_filter_that_there_is_not_is_refused(words, what, hint):
+def test_a_filter_that_there_is_not_is_refused(filters, what, hint):
     with pytest.raises(UsageError, match=what) as caught:
-        filters_of(**words)
+        filters_of(**filters)
     assert hint in caught.value.hint
 
 

@@ -40,12 +40,12 @@ def many(runs):
 def test_processes_that_index_at_once_leave_each_run_once(database, many):
     command = [sys.executable, "-c", _INDEX, database, str(many)]
     workers = [subprocess.Popen(command) for _ in range(_PROCESSES)]
-    seen = set()
-    while any(each.poll() is None for each in workers):
-        seen |= _state(database)
+    states = set()
+    while any(worker.poll() is None for worker in workers):
+        states |= _state(database)
         time.sleep(0.01)
-    assert [each.returncode for each in workers] == [0] * _PROCESSES
-    assert seen <= {(0, 0, 0)} | {(n, 2 * n, n) for n in range(_RUNS + 1)}, "no run is seen half"
+    assert [worker.returncode for worker in workers] == [0] * _PROCESSES
+    assert states <= {(0, 0, 0)} | {(n, 2 * n, n) for n in range(_RUNS + 1)}, "no run is seen half"
     assert _state(database) == {(_RUNS, 2 * _RUNS, _RUNS)}
 
 

@@ -42,17 +42,17 @@ def test_indexing_brings_it_up_to_date_and_forgets_no_run_without_files(old, run
         query(database=database)
     assert "archive index" in caught.value.hint
     with closing(open_archive(database=database)) as archive:
-        (looked,) = index(archive, [runs])
-        assert looked.new == 1, "only what is there is read"
+        (first,) = index(archive, [runs])
+        assert first.new == 1, "only what is there is read"
         (again,) = index(archive, [runs])
         assert (again.new, again.changed) == (0, 0)
-    every = {row["run_id"]: row for row in query(database=database)}
-    assert sorted(every) == ["damaged", "gone", "kept"]
-    assert (every["gone"]["missing"], every["gone"]["rule"]) == (True, "simple")
-    assert every["gone"]["digest_sha256"][:8] == "f8e2fcbb"
-    assert "not an HDF5 file" in every["damaged"]["problem"]
-    assert (every["damaged"]["torque_nm"], every["damaged"]["failed_checks"]) == (0.72, 2)
-    assert not every["kept"]["missing"]
+    runs_by_id = {row["run_id"]: row for row in query(database=database)}
+    assert sorted(runs_by_id) == ["damaged", "gone", "kept"]
+    assert (runs_by_id["gone"]["missing"], runs_by_id["gone"]["rule"]) == (True, "simple")
+    assert runs_by_id["gone"]["digest_sha256"][:8] == "f8e2fcbb"
+    assert "not an HDF5 file" in runs_by_id["damaged"]["problem"]
+    assert (runs_by_id["damaged"]["torque_nm"], runs_by_id["damaged"]["failed_checks"]) == (0.72, 2)
+    assert not runs_by_id["kept"]["missing"]
 
 
 def test_the_rows_of_a_run_without_files_stay(old, runs):
@@ -62,15 +62,15 @@ def test_the_rows_of_a_run_without_files_stay(old, runs):
 
     def of(table, run, *columns, **filters):
         rows = query(table, database=database, **filters)
-        return [tuple(row[each] for each in columns) for row in rows if row["run_id"] == run]
+        return [tuple(row[column] for column in columns) for row in rows if row["run_id"] == run]
 
-    found = of("results", "gone", "place", "value", "unit", "verdict", "lower", "si_value")
-    assert found == ([] if version == 1 else [
+    results = of("results", "gone", "place", "value", "unit", "verdict", "lower", "si_value")
+    assert results == ([] if version == 1 else [
         ("chamber.temperature = 0 °C", 100020.0, "mΩ", "pass", 99883.0, 100.02),
         ("chamber.temperature = 100 °C", 138950.0, "mΩ", "fail", 138203.0, 138.95),
     ])  # fmt: skip
     at_100 = {"result": {"resistance": "138..139 Ω"}, "where": {"temperature": "373.15 K"}}
-    assert of("results", "gone", "value", **at_100) == [(value,) for _, value, *_ in found[1:]]
+    assert of("results", "gone", "value", **at_100) == [(value,) for _, value, *_ in results[1:]]
     assert of("points", "damaged", "recording", "torque_nm", "dof") == [
         ("001", 0.73, float("inf")), ("002", 0.74, float("inf")),
     ]  # fmt: skip

@@ -73,11 +73,11 @@ pytestmark = pytest.mark.thorough
 def recorded(quick, tmp_path_factory):
     """A lab whose runs are golden, with copies of their files."""
     lab = lab_in(tmp_path_factory.mktemp("lab"), [quick.no_load, quick.loaded])
-    done = call(
+    result = call(
         "golden", "record", lab.folder / "runs", "--out", lab.golden, "--copy", "--jobs", "1",
         *lab.words,
     )  # fmt: skip
-    assert (done.code, done.out) == (0, f"2 golden runs in {lab.golden}\n"), done.err
+    assert (result.code, result.out) == (0, f"2 golden runs in {lab.golden}\n"), result.err
     shutil.rmtree(lab.folder / "runs")
     return lab
 
@@ -93,9 +93,9 @@ def check(lab, *more):
 
 
 def test_nothing_moved(lab, quick):
-    found = check(lab)
-    assert found.code == 0, found.err
-    assert found.out == "equal bit for bit  2\n\nNo change in 2 golden runs\n"
+    result = check(lab)
+    assert result.code == 0, result.err
+    assert result.out == "equal bit for bit  2\n\nNo change in 2 golden runs\n"
     reference = json.loads((lab.golden / quick.loaded.name / "reference.json").read_text())
     assert reference["found"]["method"] == METHOD
     assert reference["at"] == f"{quick.loaded.name}/run.h5"
@@ -105,22 +105,22 @@ def test_a_deliberately_changed_compensation(lab, quick, tmp_path):
     before = json.loads((lab.golden / quick.loaded.name / "reference.json").read_text())["found"]
     lab.change("raw.value - rig.value + 0.3")
     page, cases = tmp_path / "report.html", tmp_path / "cases.xml"
-    found = check(lab, "--html", page, "--junit", cases, "--json")
-    assert found.code == 1, found.err
-    document = json.loads(found.out)
+    result = check(lab, "--html", page, "--junit", cases, "--json")
+    assert result.code == 1, result.err
+    document = json.loads(result.out)
     assert document["counts"] == {"verdict flipped": 1, "equal bit for bit": 1}
     run = document["runs"][0]
     assert run["verdict"] == {"reference": "pass", "now": "fail"}
-    moves = {each["figure"]: each for each in run["moves"]}
+    moves = {move["figure"]: move for move in run["moves"]}
     assert set(moves) == {"result", *(f"result at {hz} Hz" for hz in (8, 15, 20, 25, 35))}
     for name, move in moves.items():
         figure = before["figures"][name]
         assert move["now"] - figure["value"] == pytest.approx(0.3)
         assert move["shift_in_u"] == pytest.approx(0.3 / figure["expanded"])
-    read = Page()
-    read.feed(page.read_text(encoding="utf-8"))
+    report = Page()
+    report.feed(page.read_text(encoding="utf-8"))
     for words in ("1 of 2 to be looked at", "verdict: pass → fail", "+300.000 mN·m"):
-        assert words in read.words
+        assert words in report.words
     suite = ET.fromstring(cases.read_text(encoding="utf-8"))  # noqa: S314  (we wrote it)
     assert (suite.get("tests"), suite.get("failures")) == ("2", "1")
     assert suite.find("testcase/failure").get("message") == "verdict flipped"
@@ -128,43 +128,43 @@ def test_a_deliberately_changed_compensation(lab, quick, tmp_path):
 
 def test_a_move_within_the_tolerance_passes(lab):
     lab.change("(raw.value - rig.value) * (1 + 1e-12)")
-    found = check(lab)
-    assert (found.code, "moved within the tolerance  1" in found.out) == (0, True)
+    result = check(lab)
+    assert (result.code, "moved within the tolerance  1" in result.out) == (0, True)
 
 
 def test_a_method_that_refuses_and_a_run_that_is_gone(lab, quick):
     lab.change("_refuse()")
-    found = check(lab)
-    assert found.code == 1
-    assert f"{quick.loaded.name}: newly refused" in found.out
+    result = check(lab)
+    assert result.code == 1
+    assert f"{quick.loaded.name}: newly refused" in result.out
     (lab.golden / quick.no_load.name / "run.h5").unlink()
-    found = check(lab)
-    assert found.code == 5
-    assert f"{quick.no_load.name}: not compared" in found.out
-    assert "there is no " in found.out
+    result = check(lab)
+    assert result.code == 5
+    assert f"{quick.no_load.name}: not compared" in result.out
+    assert "there is no " in result.out
 
 
 def test_a_run_that_is_damaged_or_another_one_is_not_compared(lab, quick):
-    loaded, no_load = (lab.golden / each.name / "run.h5" for each in (quick.loaded, quick.no_load))
+    loaded, no_load = (lab.golden / run.name / "run.h5" for run in (quick.loaded, quick.no_load))
     loaded.chmod(0o644)
     shutil.copyfile(no_load, loaded)
     with no_load.open("r+b") as file:
         file.truncate(no_load.stat().st_size // 2)
-    found = check(lab)
-    assert (found.code, found.out.count(": not compared")) == (5, 2)
-    assert "is another run than the golden one" in found.out
+    result = check(lab)
+    assert (result.code, result.out.count(": not compared")) == (5, 2)
+    assert "is another run than the golden one" in result.out
 
 
 def test_results_that_are_kept_are_not_computed_again(lab, tmp_path):
     for before in ("", "2 of 2 runs were done before"):
-        found = check(lab, "--out", tmp_path / "kept")
-        assert (found.code, before in found.err) == (0, True)
+        result = check(lab, "--out", tmp_path / "kept")
+        assert (result.code, before in result.err) == (0, True)
 
 
 def test_where_the_runs_are_can_be_said(lab, quick, tmp_path):
     shutil.copytree(quick.loaded.parent, tmp_path / "moved")
-    for each in (quick.loaded, quick.no_load):
-        (lab.golden / each.name / "run.h5").unlink()
+    for run in (quick.loaded, quick.no_load):
+        (lab.golden / run.name / "run.h5").unlink()
     assert check(lab).code == 5
     assert check(lab, "--runs", tmp_path / "moved").code == 0
 
@@ -185,12 +185,12 @@ def test_what_is_said_wrongly(arguments, code, words, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     (tmp_path / "odd").mkdir()
     (tmp_path / "odd/reference.json").write_text('{"format": "rigrunner: golden/2"}')
-    found = call("golden", *arguments)
-    assert (found.code, "Traceback" in found.err) == (code, False)
-    assert words in found.err
+    result = call("golden", *arguments)
+    assert (result.code, "Traceback" in result.err) == (code, False)
+    assert words in result.err
 
 
 def test_a_golden_run_is_not_overwritten(lab):
-    found = call("golden", "record", lab.golden, "--out", lab.golden, *lab.words)
-    assert found.code == 2
-    assert "is golden already" in found.err
+    result = call("golden", "record", lab.golden, "--out", lab.golden, *lab.words)
+    assert result.code == 2
+    assert "is golden already" in result.err

@@ -1,4 +1,4 @@
-"""How a result stands to its reference."""
+"""A result compared with its reference."""
 
 from __future__ import annotations
 
@@ -6,15 +6,15 @@ from math import inf
 
 import pytest
 
-from rigrunner_fleet.golden.comparing import Move, Standing, by_gravity, compare, not_compared
+from rigrunner_fleet.golden.comparing import Move, Standing, by_severity, compare, not_compared
 from rigrunner_fleet.golden.figures import AtFrequency, Figure, verdicts
 from rigrunner_fleet.golden.overall import Overall
-from rigrunner_fleet.golden.reference import Found
+from rigrunner_fleet.golden.reference import Snapshot
 from rigrunner_fleet.golden.words import details
 
 
-def found(torque=0.7, expanded=0.02, **other):
-    known = {
+def snapshot(torque=0.7, expanded=0.02, **other):
+    values = {
         "sha256": repr((torque, expanded, other)),
         "method": "energy",
         "verdicts": {"run": "pass"},
@@ -27,35 +27,35 @@ def found(torque=0.7, expanded=0.02, **other):
         },
         "frequencies": (AtFrequency(5.0, "result at 5 Hz"),),
     }
-    return Found(**{**known, **other})
+    return Snapshot(**{**values, **other})
 
 
 def without_result(**other):
-    return found(**{"figures": {}, "verdicts": {}, "frequencies": (), **other})
+    return snapshot(**{"figures": {}, "verdicts": {}, "frequencies": (), **other})
 
 
-REFUSED = Found(problem="no no-load recording")
+REFUSED = Snapshot(problem="no no-load recording")
 
 
 @pytest.mark.parametrize(
     ("before", "after", "standing"),
     [
-        (found(), found(), Standing.EQUAL),
-        (found(), found(sha256="another"), Standing.OTHER),
-        (found(), found(0.7 + 1e-9), Standing.WITHIN),
-        (found(), found(0.701), Standing.BEYOND),
-        (found(), found(expanded=0.021), Standing.BEYOND),
-        (found(), found(expanded=None), Standing.BEYOND),
-        (found(expanded=None), found(0.700001, expanded=None), Standing.BEYOND),
-        (found(), found(checks={"cycles": False, "energy: steady": True}), Standing.CHECKS),
-        (found(), found(verdicts={"run": "fail"}), Standing.VERDICT),
-        (found(), found(verdicts={"run": "pass", "35 Hz": "fail"}), Standing.VERDICT),
-        (found(), REFUSED, Standing.REFUSED),
-        (found(), without_result(), Standing.REFUSED),
-        (REFUSED, found(), Standing.ACCEPTED),
-        (without_result(), found(), Standing.ACCEPTED),
+        (snapshot(), snapshot(), Standing.EQUAL),
+        (snapshot(), snapshot(sha256="another"), Standing.OTHER),
+        (snapshot(), snapshot(0.7 + 1e-9), Standing.WITHIN),
+        (snapshot(), snapshot(0.701), Standing.BEYOND),
+        (snapshot(), snapshot(expanded=0.021), Standing.BEYOND),
+        (snapshot(), snapshot(expanded=None), Standing.BEYOND),
+        (snapshot(expanded=None), snapshot(0.700001, expanded=None), Standing.BEYOND),
+        (snapshot(), snapshot(checks={"cycles": False, "energy: steady": True}), Standing.CHECKS),
+        (snapshot(), snapshot(verdicts={"run": "fail"}), Standing.VERDICT),
+        (snapshot(), snapshot(verdicts={"run": "pass", "35 Hz": "fail"}), Standing.VERDICT),
+        (snapshot(), REFUSED, Standing.REFUSED),
+        (snapshot(), without_result(), Standing.REFUSED),
+        (REFUSED, snapshot(), Standing.ACCEPTED),
+        (without_result(), snapshot(), Standing.ACCEPTED),
         (REFUSED, REFUSED, Standing.EQUAL),
-        (REFUSED, Found(problem="in other words"), Standing.OTHER),
+        (REFUSED, Snapshot(problem="in other words"), Standing.OTHER),
     ],
 )
 def test_each_standing(before, after, standing):
@@ -63,13 +63,13 @@ def test_each_standing(before, after, standing):
 
 
 def test_the_tolerance_is_a_share_of_the_reference_s_uncertainty():
-    moved = found(0.7019)  # 0.095 U
-    assert compare("run", found(), moved, 0.1).standing is Standing.WITHIN
-    assert compare("run", found(), moved, 0.09).standing is Standing.BEYOND
+    moved = snapshot(0.7019)  # 0.095 U
+    assert compare("run", snapshot(), moved, 0.1).standing is Standing.WITHIN
+    assert compare("run", snapshot(), moved, 0.09).standing is Standing.BEYOND
 
 
 def test_a_shift_is_told_against_the_reference_s_uncertainty():
-    (result, at_5) = compare("run", found(), found(0.71, 0.03)).moves
+    (result, at_5) = compare("run", snapshot(), snapshot(0.71, 0.03)).moves
     assert (result.name, at_5.name) == ("result", "result at 5 Hz")
     assert result.in_u == pytest.approx(0.5)
     assert result.of_u == pytest.approx(0.5)
@@ -81,36 +81,36 @@ def test_a_figure_in_another_unit_is_infinitely_far():
 
 
 def test_a_method_that_takes_part_on_one_side_alone_is_no_move():
-    more = found(
+    more = snapshot(
         sources=("energy", "other"),
-        figures={**found().figures, "other: torque at 5 Hz": Figure(1.0, 0.1, "N·m")},
-        checks={**found().checks, "other: can be applied": True},
+        figures={**snapshot().figures, "other: torque at 5 Hz": Figure(1.0, 0.1, "N·m")},
+        checks={**snapshot().checks, "other: can be applied": True},
     )
-    assert compare("run", found(), more).standing is Standing.OTHER
-    gone = {**found().figures}
+    assert compare("run", snapshot(), more).standing is Standing.OTHER
+    gone = {**snapshot().figures}
     del gone["energy: torque at 5 Hz"], gone["result at 5 Hz"]
-    assert compare("run", found(), found(figures=gone)).standing is Standing.BEYOND
+    assert compare("run", snapshot(), snapshot(figures=gone)).standing is Standing.BEYOND
 
 
 def test_each_visit_of_a_frequency_has_its_verdict():
-    def decided(*parts):
-        told = [{"of": "5 Hz", "verdict": each} for each in parts]
-        return verdicts({"decision": {"verdict": "fail", "parts": told}})
+    def verdicts_of(*parts):
+        limits = [{"of": "5 Hz", "verdict": verdict} for verdict in parts]
+        return verdicts({"decision": {"verdict": "fail", "parts": limits}})
 
-    assert decided("pass", "fail") == {"run": "fail", "5 Hz": "pass", "5 Hz (2)": "fail"}
-    before, after = (found(verdicts=decided(first, "fail")) for first in ("pass", "fail"))
+    assert verdicts_of("pass", "fail") == {"run": "fail", "5 Hz": "pass", "5 Hz (2)": "fail"}
+    before, after = (snapshot(verdicts=verdicts_of(first, "fail")) for first in ("pass", "fail"))
     assert compare("run", before, after).standing is Standing.VERDICT
 
 
 def test_the_gravest_come_first():
     runs = [
-        compare("equal", found(), found()),
-        compare("small", found(), found(0.71)),
-        compare("large", found(), found(0.72)),
-        compare("flipped", found(), found(verdicts={"run": "fail"})),
-        not_compared("gone", found(), REFUSED, "there is no gone"),
+        compare("equal", snapshot(), snapshot()),
+        compare("small", snapshot(), snapshot(0.71)),
+        compare("large", snapshot(), snapshot(0.72)),
+        compare("flipped", snapshot(), snapshot(verdicts={"run": "fail"})),
+        not_compared("gone", snapshot(), REFUSED, "there is no gone"),
     ]
-    ordered = [each.name for each in sorted(runs, key=by_gravity)]
+    ordered = [run.name for run in sorted(runs, key=by_severity)]
     assert ordered == ["gone", "flipped", "large", "small", "equal"]
 
 
@@ -120,10 +120,10 @@ def overall(*runs):
 
 def test_over_all_runs():
     moved = overall(
-        compare("a", found(), found(0.71)),
-        compare("b", found(), found(0.69)),
-        compare("c", found(), found(0.74)),
-        compare("d", found(), found(verdicts={"run": "fail"})),
+        compare("a", snapshot(), snapshot(0.71)),
+        compare("b", snapshot(), snapshot(0.69)),
+        compare("c", snapshot(), snapshot(0.74)),
+        compare("d", snapshot(), snapshot(verdicts={"run": "fail"})),
     )
     # shifts of 0.5, -0.5, 2 and 0 U: mean 0.5, sum of squares about it 0 + 1 + 2.25 + 0.25
     spread = moved.shifts()
@@ -135,13 +135,13 @@ def test_over_all_runs():
     assert at_5.shift_nm.mean == pytest.approx(0.01)
     assert moved.verdict_flips() == {("pass", "fail"): 1}
     assert moved.exit_code == 1
-    assert overall(compare("a", found(), found())).exit_code == 0
-    assert overall(not_compared("a", found(), REFUSED, "gone")).exit_code == 5
+    assert overall(compare("a", snapshot(), snapshot())).exit_code == 0
+    assert overall(not_compared("a", snapshot(), REFUSED, "gone")).exit_code == 5
 
 
 def test_words_on_a_run():
-    each = compare("run", found(), found(0.71, verdicts={"run": "fail"}))
-    assert list(details(each)) == [
+    comparison = compare("run", snapshot(), snapshot(0.71, verdicts={"run": "fail"}))
+    assert list(details(comparison)) == [
         "verdict: pass -> fail",
         "result: 0.70000 -> 0.71000 N·m (+0.50 U)",
         "result at 5 Hz: 0.70000 -> 0.71000 N·m (+0.50 U)",

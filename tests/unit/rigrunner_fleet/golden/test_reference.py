@@ -12,8 +12,8 @@ from rigrunner.api.errors import DataError, UsageError
 from rigrunner_fleet.golden.figures import Figure
 from rigrunner_fleet.golden.reference import (
     REFERENCE,
-    Found,
     Reference,
+    Snapshot,
     read_references,
     write_reference,
 )
@@ -25,7 +25,7 @@ FIGURES = st.dictionaries(TEXTS, st.builds(Figure, NUMBERS, st.none() | NUMBERS,
 
 def reference(name="a/b", **found):
     return Reference(
-        name=name, run="run", at="../runs/b", digest_sha256="0", made_by={}, found=Found(**found)
+        name=name, run="run", at="../runs/b", digest_sha256="0", made_by={}, found=Snapshot(**found)
     )
 
 
@@ -34,10 +34,10 @@ def test_what_was_written_is_read_bit_by_bit(tmp_path_factory, figures, checks):
     folder = tmp_path_factory.mktemp("golden")
     written = reference(figures=figures, checks=checks)
     write_reference(folder, written)
-    (found,) = read_references(folder)
-    assert found == written
-    assert {name: asdict(each) for name, each in found.found.figures.items()} == {
-        name: asdict(each) for name, each in figures.items()
+    (stored,) = read_references(folder)
+    assert stored == written
+    assert {name: asdict(figure) for name, figure in stored.found.figures.items()} == {
+        name: asdict(figure) for name, figure in figures.items()
     }
 
 

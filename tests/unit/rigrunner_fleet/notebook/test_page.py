@@ -21,10 +21,10 @@ ARCHIVE = (ROOT / "docs/reference/archive.md").read_text(encoding="utf-8")
 def test_every_public_member_is_on_the_page_of_python(kind):
     (rows,) = re.findall(rf"^\| `{kind.__name__}` \|.*?\n\n", PYTHON, re.MULTILINE | re.DOTALL)
     cells = "".join(re.findall(r"^\|[^|]*\|", rows, re.MULTILINE))
-    told = set(re.findall(r"`(\w+)(?:\([^`]*\))?`", cells)) - {kind.__name__, "len"}
+    documented = set(re.findall(r"`(\w+)(?:\([^`]*\))?`", cells)) - {kind.__name__, "len"}
     members = {name for name in vars(kind) if not name.startswith("_")}
-    members |= {each.name for each in fields(kind)}
-    assert told == members
+    members |= {field.name for field in fields(kind)}
+    assert documented == members
 
 
 def test_every_filter_is_on_the_page_of_python():

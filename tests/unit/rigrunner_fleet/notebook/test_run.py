@@ -36,11 +36,11 @@ def test_samples_come_as_a_data_frame_over_time(small):
 
 
 def test_samples_come_as_a_dataset_with_units(small):
-    found = rigrunner_fleet.open_run(small / "run.h5").to_xarray("002_20Hz")
-    assert dict(found.sizes) == {"time_s": 40_001}
-    assert found["tester.torque"].attrs["units"] == "N·m"
-    assert found.attrs["tester.frequency"] == 10.0
-    assert found.attrs["tester.temperature"] == 295.25
+    dataset = rigrunner_fleet.open_run(small / "run.h5").to_xarray("002_20Hz")
+    assert dict(dataset.sizes) == {"time_s": 40_001}
+    assert dataset["tester.torque"].attrs["units"] == "N·m"
+    assert dataset.attrs["tester.frequency"] == 10.0
+    assert dataset.attrs["tester.temperature"] == 295.25
 
 
 def test_a_name_that_is_not_there_is_told_with_those_that_are(small):
@@ -62,14 +62,14 @@ def test_a_run_without_a_result_says_so_and_has_its_samples(small):
 def test_the_points_of_a_run_are_those_of_its_result(quick):
     run = rigrunner_fleet.open_run(quick.loaded)
     document = json.loads((quick.loaded / "result.json").read_text())
-    wanted = document["compensations"]["template_inverse"]["points"]
-    assert run.points.column("torque_nm") == [each["torque"]["value"] for each in wanted]
+    points = document["compensations"]["template_inverse"]["points"]
+    assert run.points.column("torque_nm") == [point["torque"]["value"] for point in points]
     inertia = document["compensations"]["template_inverse"]["parameters"]["inertia"]["value"]
     assert inertia in run.figures.column("value")
     (legend,) = run.plot().figure.legends
     assert "limit" in [text.get_text() for text in legend.get_texts()]
     (figure,) = run.plot().picture.panels
-    raw = next(each for each in figure.series if each.name == "raw peak")
+    raw = next(series for series in figure.series if series.name == "raw peak")
     assert [point.y for point in raw.points] == run.points.column("raw_peak_nm")
 
 
@@ -78,9 +78,9 @@ def test_a_run_analysed_again_gives_the_same_numbers(quick):
     again = rigrunner_fleet.analyse(quick.loaded)
     assert again.document["headline"] == rigrunner_fleet.open_run(quick.loaded).result["headline"]
     assert again.points == rigrunner_fleet.open_run(quick.loaded).points
-    other = rigrunner_fleet.analyse(quick.loaded, {"no_load": quick.no_load})
-    assert other.points == again.points
-    assert other.plot().figure.axes
+    with_partner = rigrunner_fleet.analyse(quick.loaded, {"no_load": quick.no_load})
+    assert with_partner.points == again.points
+    assert with_partner.plot().figure.axes
 
 
 def test_what_is_no_run_is_refused(tmp_path):

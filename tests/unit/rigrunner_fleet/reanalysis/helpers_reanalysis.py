@@ -1,4 +1,4 @@
-"""Folders of stored runs, and what a batch of analyses makes of them."""
+"""Folders of stored runs, and a batch of analyses of them."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from dataclasses import replace
 from rigrunner.jobs import InProcess
 from rigrunner_fleet.reanalysis.batch import Batch
 from rigrunner_fleet.reanalysis.changes import Changes
-from rigrunner_fleet.reanalysis.selection import choose
+from rigrunner_fleet.reanalysis.selection import select_runs
 
 
 def lab_of(folder, quick, copies=3):
@@ -21,18 +21,18 @@ def lab_of(folder, quick, copies=3):
     return folder
 
 
-def batch(out, *, workers=None, told=None, stop=None, **changed):
-    """Return a batch that is done here, unless something else is said."""
-    progress = (lambda *_: None) if told is None else told
+def batch(out, *, workers=None, progress=None, stop=None, **changed):
+    """Return a batch that runs in this process by default."""
+    progress = progress or (lambda *_: None)
     plain = Batch(out, Changes(), None, workers or InProcess(), stop or threading.Event(), progress)
     return replace(plain, **changed)
 
 
 def reanalysed(lab, out, **changed):
-    return batch(out, **changed).run(choose([lab]))
+    return batch(out, **changed).run(select_runs([lab]))
 
 
 def results(out):
     """Return the text of every result, by the name of its run."""
-    found = sorted(out.rglob("result.json"))
-    return {each.parent.relative_to(out).as_posix(): each.read_text() for each in found}
+    paths = sorted(out.rglob("result.json"))
+    return {path.parent.relative_to(out).as_posix(): path.read_text() for path in paths}

@@ -1,4 +1,4 @@
-"""Many stored runs are analysed again: as one by one, each once, whatever fails in between."""
+"""Many stored runs are analysed again, each once and as if alone, even if some fail."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from rigrunner.run.locate import find_procedure
 from rigrunner.run.stored import analyse_run
 from rigrunner_fleet.reanalysis import batch as module
 from rigrunner_fleet.reanalysis.changes import Changes
-from rigrunner_fleet.reanalysis.selection import choose
+from rigrunner_fleet.reanalysis.selection import select_runs
 from rigrunner_fleet.reanalysis.task import Reanalysis
 from unit.jobs.helpers_cluster import busy_pid, two_workers
 from unit.rigrunner_fleet.reanalysis.helpers_reanalysis import batch, lab_of, reanalysed, results
@@ -32,29 +32,29 @@ def lab(quick, tmp_path_factory):
 
 
 @pytest.fixture(scope="module")
-def whole(lab, tmp_path_factory):
+def complete(lab, tmp_path_factory):
     """All runs analysed again in two processes: (folder, summary)."""
-    out = tmp_path_factory.mktemp("whole") / "out"
+    out = tmp_path_factory.mktemp("complete") / "out"
     return out, reanalysed(lab, out, workers=Processes(2))
 
 
-def given(**analysis):
+def settings(**analysis):
     return AnalysisFile.model_validate({"rigrunner": "analysis/1", "analysis": analysis}).analysis
 
 
-def test_every_result_is_that_of_a_single_analysis(lab, whole, quick):
-    out, _ = whole
-    found = results(out)
+def test_every_result_is_that_of_a_single_analysis(lab, complete, quick):
+    out, _ = complete
+    texts = results(out)
     names = ["rig-1/loaded-0", "rig-1/loaded-2", "rig-1/no-load", "rig-2/loaded-1"]
-    assert list(found) == names
+    assert list(texts) == names
     alone = document(analyse_run(lab / "rig-2" / "loaded-1", load_registry()))
-    assert json.loads(found["rig-2/loaded-1"]) == json.loads(json.dumps(alone))
+    assert json.loads(texts["rig-2/loaded-1"]) == json.loads(json.dumps(alone))
     first = json.loads((quick.loaded / "result.json").read_text())
-    assert json.loads(found["rig-1/loaded-0"])["headline"] == first["headline"]
+    assert json.loads(texts["rig-1/loaded-0"])["headline"] == first["headline"]
 
 
-def test_the_summary_has_a_line_per_run_with_now_and_before(whole, quick):
-    out, found = whole
+def test_the_summary_has_a_line_per_run_with_now_and_before(complete, quick):
+    out, summary = complete
     with (out / "summary.csv").open() as file:
         rows = {row["run"]: row for row in csv.DictReader(file)}
     row = rows["rig-2/loaded-1"]
@@ -64,36 +64,37 @@ def test_the_summary_has_a_line_per_run_with_now_and_before(whole, quick):
     assert (row["verdict"], row["verdict_before"]) == ("pass", "pass")
     assert (row["method"], row["run_id"]) == ("template_inverse", quick.loaded.name)
     assert rows["rig-1/no-load"]["torque_nm"] == ""
-    assert found.document() == json.loads((out / "summary.json").read_text())
-    assert (len(found.analysed), found.failed, found.other_verdicts) == (4, (), ())
+    assert summary.document() == json.loads((out / "summary.json").read_text())
+    assert (len(summary.analysed), summary.failed, summary.other_verdicts) == (4, (), ())
 
 
-def test_nothing_is_done_twice(lab, whole, monkeypatch):
+def test_nothing_is_done_twice(lab, complete, monkeypatch):
     monkeypatch.setattr(module.Reanalysis, "__call__", lambda *_: pytest.fail("done again"))
-    told = []
-    again = reanalysed(lab, whole[0], told=lambda *count: told.append(count))
-    assert again == whole[1]
-    assert told == [(4, 4)]
+    counts = []
+    again = reanalysed(lab, complete[0], progress=lambda *count: counts.append(count))
+    assert again == complete[1]
+    assert counts == [(4, 4)]
 
 
 @pytest.mark.thorough
-def test_what_was_stopped_goes_on_and_is_the_same_in_the_end(lab, whole, tmp_path):
-    stop, told = threading.Event(), []
+def test_what_was_stopped_goes_on_and_is_the_same_in_the_end(lab, complete, tmp_path):
+    stop, counts = threading.Event(), []
 
     def after_two(done, of):
-        told.append((done, of))
+        counts.append((done, of))
         if done == 2:
             stop.set()
 
     with pytest.raises(AbortedError, match="2 of 4 runs are done") as ended:
-        reanalysed(lab, tmp_path / "out", told=after_two, stop=stop)
+        reanalysed(lab, tmp_path / "out", progress=after_two, stop=stop)
     assert "the same command continues" in ended.value.hint
     assert json.loads((tmp_path / "out/summary.json").read_text())["analysed"] == 2
     times = {path: path.stat().st_mtime_ns for path in (tmp_path / "out").rglob("result.json")}
     assert len(times) == 2
-    assert reanalysed(lab, tmp_path / "out", told=lambda *count: told.append(count)) == whole[1]
-    assert told == [(0, 4), (1, 4), (2, 4), (2, 4), (3, 4), (4, 4)]
-    assert results(tmp_path / "out") == results(whole[0])
+    again = reanalysed(lab, tmp_path / "out", progress=lambda *count: counts.append(count))
+    assert again == complete[1]
+    assert counts == [(0, 4), (1, 4), (2, 4), (2, 4), (3, 4), (4, 4)]
+    assert results(tmp_path / "out") == results(complete[0])
     assert times.items() <= {p: p.stat().st_mtime_ns for p in times}.items()
 
 
@@ -101,16 +102,16 @@ def test_what_was_stopped_goes_on_and_is_the_same_in_the_end(lab, whole, tmp_pat
 def test_damaged_files_are_listed_and_tried_again(quick, tmp_path):
     lab, out = lab_of(tmp_path / "lab", quick, copies=2), tmp_path / "out"
     broken, text = lab / "rig-1/loaded-0/run.h5", lab / "no run.h5"
-    whole = broken.read_bytes()
+    content = broken.read_bytes()
     broken.chmod(0o644)
-    broken.write_bytes(whole[: len(whole) // 2])
+    broken.write_bytes(content[: len(content) // 2])
     text.write_text("not HDF5")
-    runs = choose([lab, text])
-    found = batch(out, workers=Processes(2)).run(runs)
-    assert [row.run for row in found.failed] == ["no run", "rig-1/loaded-0"]
-    assert all("run.h5" in row.problem for row in found.failed)
-    assert [row.run for row in found.analysed] == ["rig-1/no-load", "rig-2/loaded-1"]
-    broken.write_bytes(whole)
+    runs = select_runs([lab, text])
+    summary = batch(out, workers=Processes(2)).run(runs)
+    assert [row.run for row in summary.failed] == ["no run", "rig-1/loaded-0"]
+    assert all("run.h5" in row.problem for row in summary.failed)
+    assert [row.run for row in summary.analysed] == ["rig-1/no-load", "rig-2/loaded-1"]
+    broken.write_bytes(content)
     again = batch(out).run(runs)
     assert [row.run for row in again.failed] == ["no run"]
     assert "rig-1/loaded-0" in results(out)
@@ -121,9 +122,9 @@ def test_a_bug_is_listed_with_its_traceback_in_a_file(lab, tmp_path, monkeypatch
         raise ZeroDivisionError(path.name)
 
     monkeypatch.setattr(module.Reanalysis, "__call__", broken)
-    found = reanalysed(lab, tmp_path / "out")
-    assert len(found.failed) == 4
-    assert found.failed[0].problem == "ZeroDivisionError: loaded-0"
+    summary = reanalysed(lab, tmp_path / "out")
+    assert len(summary.failed) == 4
+    assert summary.failed[0].problem == "ZeroDivisionError: loaded-0"
     assert "in broken" in (tmp_path / "out/rig-1/loaded-0/traceback.txt").read_text()
 
 
@@ -132,9 +133,9 @@ def test_a_run_whose_file_changed_is_analysed_again(tmp_path, quick):
     mine = lab_of(tmp_path / "lab", quick, copies=1)
     reanalysed(mine, tmp_path / "out")
     os.utime(mine / "rig-1/loaded-0/run.h5", ns=(1, 1))
-    told = []
-    reanalysed(mine, tmp_path / "out", told=lambda *count: told.append(count))
-    assert told == [(1, 2), (2, 2)]
+    counts = []
+    reanalysed(mine, tmp_path / "out", progress=lambda *count: counts.append(count))
+    assert counts == [(1, 2), (2, 2)]
 
 
 def test_no_earlier_result_stays_beside_a_run_that_fails_now(tmp_path, quick):
@@ -144,15 +145,15 @@ def test_no_earlier_result_stays_beside_a_run_that_fails_now(tmp_path, quick):
     changed = lab / "rig-1/loaded-0/run.h5"
     changed.chmod(0o644)
     changed.write_bytes(changed.read_bytes()[:-1000])
-    found = reanalysed(lab, out)
-    assert [row.run for row in found.failed] == ["rig-1/loaded-0"]
+    summary = reanalysed(lab, out)
+    assert [row.run for row in summary.failed] == ["rig-1/loaded-0"]
     assert "rig-1/loaded-0" not in results(out)
 
 
 def test_another_primary_and_other_methods(lab, tmp_path):
-    changes = Changes(given(compensations=["paper_peak", "energy"], primary="energy"))
-    found = reanalysed(lab / "rig-2", tmp_path / "out", changes=changes)
-    (row,) = found.analysed
+    changes = Changes(settings(compensations=["paper_peak", "energy"], primary="energy"))
+    summary = reanalysed(lab / "rig-2", tmp_path / "out", changes=changes)
+    (row,) = summary.analysed
     assert (row.method, row.method_before) == ("energy", "template_inverse")
     assert row.torque_nm != row.torque_before_nm
     result = json.loads(results(tmp_path / "out")["loaded-1"])
@@ -162,17 +163,17 @@ def test_another_primary_and_other_methods(lab, tmp_path):
 
 
 def test_changes_that_contradict_a_procedure(lab, tmp_path):
-    found = reanalysed(lab, tmp_path / "out", changes=Changes(primary="nothing"))
-    refused = {row.run for row in found.failed}
+    summary = reanalysed(lab, tmp_path / "out", changes=Changes(primary="nothing"))
+    refused = {row.run for row in summary.failed}
     assert refused == {"rig-1/loaded-0", "rig-1/loaded-2", "rig-2/loaded-1"}
-    assert {row.run for row in found.analysed} == {"rig-1/no-load"}
-    assert "analysis[0].swing_torque.primary: got 'nothing'" in found.failed[0].problem
-    assert "allowed: " in found.failed[0].problem
+    assert {row.run for row in summary.analysed} == {"rig-1/no-load"}
+    assert "analysis[0].swing_torque.primary: got 'nothing'" in summary.failed[0].problem
+    assert "allowed: " in summary.failed[0].problem
 
 
-def test_results_of_other_settings_do_not_get_into_one_folder(lab, whole):
+def test_results_of_other_settings_do_not_get_into_one_folder(lab, complete):
     with pytest.raises(UsageError, match="changes of the analysis was none, is energy"):
-        reanalysed(lab, whole[0], changes=Changes(primary="energy"))
+        reanalysed(lab, complete[0], changes=Changes(primary="energy"))
 
 
 def test_another_folder_of_the_user_is_left_alone(lab, tmp_path):
@@ -189,34 +190,34 @@ def test_a_worker_with_other_software_is_refused(lab):
 
 
 def test_what_has_nothing_to_analyse_is_skipped_and_not_looked_at_again(tmp_path):
-    stop, told = threading.Event(), []
+    stop, counts = threading.Event(), []
     stop.set()
     aborted = run(find_procedure("no_load_inertia_sweep"), tmp_path / "lab", stop=stop)
-    found = reanalysed(tmp_path / "lab", tmp_path / "out")
-    assert [(row.run, row.skipped) for row in found.done] == [
+    summary = reanalysed(tmp_path / "lab", tmp_path / "out")
+    assert [(row.run, row.skipped) for row in summary.done] == [
         (aborted.folder.name, "it ended as aborted")
     ]
-    assert not found.failed
+    assert not summary.failed
     assert not results(tmp_path / "out")
-    reanalysed(tmp_path / "lab", tmp_path / "out", told=lambda *count: told.append(count))
-    assert told == [(1, 1)]
+    reanalysed(tmp_path / "lab", tmp_path / "out", progress=lambda *count: counts.append(count))
+    assert counts == [(1, 1)]
 
 
 @pytest.mark.thorough
-def test_a_batch_on_a_cluster_is_the_same_though_a_worker_is_killed(lab, whole, tmp_path):
+def test_a_batch_on_a_cluster_is_the_same_though_a_worker_is_killed(lab, complete, tmp_path):
     """The process that is at a run just then; the scheduler gives the run to another one."""
     with two_workers() as cluster:
-        told = []
+        counts = []
 
         def kill(done, of):
-            told.append((done, of))
+            counts.append((done, of))
             if done == 1:
                 os.kill(busy_pid(cluster.scheduler_address), signal.SIGKILL)
 
         workers = Cluster(cluster.scheduler_address)
-        found = reanalysed(lab, tmp_path / "out", workers=workers, told=kill)
-    assert found == whole[1]
-    assert results(tmp_path / "out") == results(whole[0])
-    assert told == [(done, 4) for done in range(5)]
+        summary = reanalysed(lab, tmp_path / "out", workers=workers, progress=kill)
+    assert summary == complete[1]
+    assert results(tmp_path / "out") == results(complete[0])
+    assert counts == [(done, 4) for done in range(5)]
     lines = (tmp_path / "out/done.jsonl").read_text().splitlines()
     assert len(lines) == 1 + 4

@@ -25,15 +25,15 @@ def lab(quick, tmp_path_factory):
 
 @pytest.mark.thorough
 def test_what_was_found_and_where_it_is(lab, tmp_path):
-    found = call("reanalyse", lab, "--out", tmp_path / "out", "--jobs", "1")
-    assert found.code == 0, found.err
-    assert found.out.splitlines()[:4] == [
+    result = call("reanalyse", lab, "--out", tmp_path / "out", "--jobs", "1")
+    assert result.code == 0, result.err
+    assert result.out.splitlines()[:4] == [
         "analysed        3",
         "skipped         0",
         "failed          0",
         "other verdicts  0",
     ]
-    assert "3 of 3 runs" in found.err
+    assert "3 of 3 runs" in result.err
     again = call("reanalyse", lab, "--out", tmp_path / "out", "--json")
     assert "3 of 3 runs were done before" in again.err
     assert json.loads(again.out)["analysed"] == 3
@@ -42,12 +42,12 @@ def test_what_was_found_and_where_it_is(lab, tmp_path):
 @pytest.mark.thorough
 def test_what_fails_is_named_and_told_by_the_exit_code(lab, tmp_path):
     (tmp_path / "letter.h5").write_text("dear")
-    found = call(
+    result = call(
         "reanalyse", lab / "rig-2", tmp_path / "letter.h5", "--out", tmp_path / "out", "--jobs", "1"
     )
-    assert found.code == 5
-    assert "failed: letter: " in found.err
-    assert "analysed        1" in found.out
+    assert result.code == 5
+    assert "failed: letter: " in result.err
+    assert "analysed        1" in result.out
     assert json.loads((tmp_path / "out/summary.json").read_text())["failed"] == 1
 
 
@@ -55,8 +55,8 @@ def test_what_fails_is_named_and_told_by_the_exit_code(lab, tmp_path):
 def test_another_analysis_from_a_file(lab, tmp_path):
     (tmp_path / "energy.yaml").write_text(ANALYSIS)
     out = tmp_path / "out"
-    found = call("reanalyse", lab / "rig-2", "--out", out, "--analysis", tmp_path / "energy.yaml")
-    assert found.code == 0, found.err
+    result = call("reanalyse", lab / "rig-2", "--out", out, "--analysis", tmp_path / "energy.yaml")
+    assert result.code == 0, result.err
     assert json.loads(results(out)["loaded-1"])["headline"]["method"] == "energy"
 
 
@@ -88,9 +88,9 @@ def test_what_is_said_wrongly(arguments, code, words, here):
     for rig in ("rig-1", "rig-2"):
         if rig not in arguments:
             (here / rig).unlink()
-    found = call("reanalyse", *arguments)
-    assert (found.code, "Traceback" in found.err) == (code, False)
-    assert words in found.err
+    result = call("reanalyse", *arguments)
+    assert (result.code, "Traceback" in result.err) == (code, False)
+    assert words in result.err
     assert not (here / "out/summary.csv").exists()
 
 
@@ -100,15 +100,15 @@ def test_ctrl_c_keeps_what_is_done_and_the_same_command_goes_on(lab, tmp_path):
         shutil.copytree(lab / "rig-2/loaded-1", tmp_path / "many" / str(number))
     command = [sys.executable, "-m", "rigrunner", "reanalyse", str(tmp_path / "many")]
     command += ["--jobs", "1", "--out", str(tmp_path / "out")]
-    with subprocess.Popen(command, stderr=subprocess.PIPE, text=True) as going:
-        first = next(line for line in going.stderr if " of 8 runs" in line)
+    with subprocess.Popen(command, stderr=subprocess.PIPE, text=True) as process:
+        first = next(line for line in process.stderr if " of 8 runs" in line)
         assert first.startswith("1 of 8 runs, ")
-        os.kill(going.pid, signal.SIGINT)
-        rest = going.stderr.read()
-    assert going.returncode == 130
-    done = int(re.search(r"interrupted from the keyboard: (\d) of 8 runs are done", rest)[1])
+        os.kill(process.pid, signal.SIGINT)
+        output = process.stderr.read()
+    assert process.returncode == 130
+    done = int(re.search(r"interrupted from the keyboard: (\d) of 8 runs are done", output)[1])
     assert 1 <= done < 8
-    assert "the same command continues with the rest" in rest
+    assert "the same command continues with the rest" in output
     assert len(results(tmp_path / "out")) == done
     again = subprocess.run(command, capture_output=True, text=True, check=True)
     assert f"{done} of 8 runs were done before" in again.stderr

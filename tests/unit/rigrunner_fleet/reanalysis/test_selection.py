@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from rigrunner.api.errors import UsageError
-from rigrunner_fleet.reanalysis.selection import choose
+from rigrunner_fleet.reanalysis.selection import select_runs
 
 
 @pytest.fixture
@@ -23,7 +23,7 @@ def lab(tmp_path):
 
 
 def names(*paths):
-    return [each.name for each in choose(paths)]
+    return [run.name for run in select_runs(paths)]
 
 
 def test_a_folder_stands_for_all_runs_below(lab):
@@ -44,13 +44,13 @@ def test_a_file_that_stands_alone(lab):
 
 def test_paths_are_absolute_for_other_machines(lab, monkeypatch):
     monkeypatch.chdir(lab)
-    (only,) = choose([type(lab)("b")])
+    (only,) = select_runs([type(lab)("b")])
     assert only.path == lab / "b/one"
 
 
 def test_two_runs_of_one_name_are_refused(lab):
     with pytest.raises(UsageError, match="would have one result, 'one'"):
-        choose([lab / "a", lab / "b"])
+        select_runs([lab / "a", lab / "b"])
 
 
 @pytest.mark.parametrize(
@@ -58,17 +58,17 @@ def test_two_runs_of_one_name_are_refused(lab):
 )
 def test_where_no_run_is(path, words, lab):
     with pytest.raises(UsageError, match=words):
-        choose([lab / path])
+        select_runs([lab / path])
 
 
 def test_a_stamp_changes_with_the_file_alone(lab):
-    (before,) = choose([lab / "b"])
+    (before,) = select_runs([lab / "b"])
     stamp = before.stamp
     (lab / "b/one/report.html").touch()
     assert before.stamp == stamp
     (lab / "b/one/run.h5").write_bytes(b"other")
     assert before.stamp != stamp
-    (unsealed,) = choose([lab / "unsealed"])
+    (unsealed,) = select_runs([lab / "unsealed"])
     assert unsealed.stamp == ""
 
 

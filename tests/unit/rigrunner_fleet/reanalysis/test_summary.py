@@ -12,8 +12,8 @@ from rigrunner_fleet.reanalysis.task import Row
 
 @pytest.mark.parametrize(("raw", "shown"), [(False, "'=1+1"), (True, "=1+1")])
 def test_a_formula_in_a_specimens_name(raw, shown, tmp_path):
-    found = Summary((Row(run="one", specimen="=1+1", torque_nm=-0.5),), (), 1)
-    write_summary(tmp_path, found, raw=raw)
+    summary = Summary((Row(run="one", specimen="=1+1", torque_nm=-0.5),), (), 1)
+    write_summary(tmp_path, summary, raw=raw)
     with (tmp_path / "summary.csv").open(encoding="utf-8", newline="") as file:
         (row,) = csv.DictReader(file)
     assert (row["specimen"], row["torque_nm"]) == (shown, "-0.5")

@@ -9,15 +9,15 @@ import pytest
 
 from rigrunner.api.errors import DataError
 from rigrunner.api.studies import Observed
-from rigrunner_fleet.trends.charting import EWMA, MOVING_RANGE, Baseline, Charting, charted
+from rigrunner_fleet.trends.charting import EWMA, MOVING_RANGE, Baseline, Charting, control_chart
 
 START = datetime(2026, 1, 1, tzinfo=UTC)
 
 
 def observed(values, expanded=None):
     return [
-        Observed(f"r{place}", START + timedelta(days=place), float(value), expanded)
-        for place, value in enumerate(values)
+        Observed(f"r{index}", START + timedelta(days=index), float(value), expanded)
+        for index, value in enumerate(values)
     ]
 
 
@@ -27,8 +27,8 @@ def steady(count, seed=5):
 
 def test_values_after_the_baseline_move_no_limit():
     values = steady(40)
-    short = charted("a", observed(values[:20]), Charting())
-    long = charted("a", observed([*values[:20], *(values[20:] + 100)]), Charting())
+    short = control_chart("a", observed(values[:20]), Charting())
+    long = control_chart("a", observed([*values[:20], *(values[20:] + 100)]), Charting())
     assert short.individuals == long.individuals
     assert short.moving_range == long.moving_range
     assert not short.after
@@ -38,30 +38,31 @@ def test_values_after_the_baseline_move_no_limit():
 def test_a_baseline_of_days_may_lie_anywhere():
     values = steady(40)
     days = Baseline(None, START + timedelta(days=10), START + timedelta(days=25))
-    series = charted("a", observed(values), Charting(baseline=days))
-    assert [place for place, each in enumerate(series.points) if each.baseline] == [*range(10, 25)]
+    series = control_chart("a", observed(values), Charting(baseline=days))
+    in_baseline = [index for index, point in enumerate(series.points) if point.baseline]
+    assert in_baseline == [*range(10, 25)]
     assert series.individuals.centre == pytest.approx(values[10:25].mean())
 
 
 def test_a_jump_is_met_by_the_moving_range_too():
-    series = charted("a", observed([*steady(20), 20.0]), Charting(rules="shewhart"))
+    series = control_chart("a", observed([*steady(20), 20.0]), Charting(rules="shewhart"))
     assert series.points[-1].rules == ("Nelson 1", MOVING_RANGE)
     assert series.points[-1].moving_range == pytest.approx(abs(20.0 - steady(20)[-1]))
 
 
 def test_an_ewma_sees_a_small_shift_that_single_values_hide():
     values = [*steady(20), *(steady(30, seed=9) + 1.0)]
-    weighted = charted("a", observed(values), Charting("ewma", weight=0.1))
-    single = charted("a", observed(values), Charting(rules="shewhart"))
+    weighted = control_chart("a", observed(values), Charting("ewma", weight=0.1))
+    single = control_chart("a", observed(values), Charting(rules="shewhart"))
     assert weighted.alarms
     assert set(weighted.alarms[0].rules) == {EWMA}
     assert len(weighted.alarms) > len(single.alarms)
-    widths = [each.upper - each.lower for each in weighted.points]
+    widths = [point.upper - point.lower for point in weighted.points]
     assert widths == sorted(widths)
 
 
 @pytest.mark.parametrize(
-    ("values", "expanded", "told"),
+    ("values", "expanded", "warning"),
     [
         (steady(12), None, "rest on 12 values"),
         (np.repeat(steady(5), 4) + 0.01 * steady(20), None, "neighbours in the baseline are corr"),
@@ -69,17 +70,17 @@ def test_an_ewma_sees_a_small_shift_that_single_values_hide():
         (steady(20), 50.0, "narrower than the expanded uncertainty"),
     ],
 )
-def test_what_speaks_against_a_chart_is_said(values, expanded, told):
-    how = Charting(baseline=Baseline(len(values)), rules="shewhart")
-    assert told in " ".join(charted("a", observed(values, expanded), how).warnings)
+def test_what_speaks_against_a_chart_is_said(values, expanded, warning):
+    charting = Charting(baseline=Baseline(len(values)), rules="shewhart")
+    assert warning in " ".join(control_chart("a", observed(values, expanded), charting).warnings)
 
 
 def test_nothing_is_said_against_a_good_one():
-    assert charted("a", observed(steady(25), 0.5), Charting()).warnings == ()
+    assert control_chart("a", observed(steady(25), 0.5), Charting()).warnings == ()
 
 
 @pytest.mark.parametrize(
-    ("values", "baseline", "told"),
+    ("values", "baseline", "message"),
     [
         (steady(15), Baseline(), "there are 15 values, and the baseline is the first 20"),
         (steady(1), Baseline(), "there is 1 value"),
@@ -88,6 +89,6 @@ def test_nothing_is_said_against_a_good_one():
         ([*steady(19), np.nan], Baseline(), "not a finite number"),
     ],
 )
-def test_a_baseline_that_gives_no_limits_is_refused(values, baseline, told):
-    with pytest.raises(DataError, match=told):
-        charted("a", observed(values), Charting(baseline=baseline))
+def test_a_baseline_that_gives_no_limits_is_refused(values, baseline, message):
+    with pytest.raises(DataError, match=message):
+        control_chart("a", observed(values), Charting(baseline=baseline))

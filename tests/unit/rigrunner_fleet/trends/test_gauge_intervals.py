@@ -26,10 +26,10 @@ def study(seed=1, **deviations):
 
 def test_that_of_repeatability_is_chi_squared_s():
     """SS/chi² at 2.5 % and 97.5 % of 60 degrees of freedom."""
-    found = study()
-    assert not found.pooled
-    squares = found.table[3].sum_of_squares
-    interval = found.known["repeatability"]
+    analysis = study()
+    assert not analysis.pooled
+    squares = analysis.table[3].sum_of_squares
+    interval = analysis.known["repeatability"]
     low, high = np.sqrt(squares / stats.chi2.ppf([0.975, 0.025], 60))
     assert (interval.low, interval.high) == pytest.approx((low, high), rel=1e-2)
     assert interval.degrees_of_freedom == 60
@@ -37,35 +37,34 @@ def test_that_of_repeatability_is_chi_squared_s():
 
 
 def test_components_lie_within_their_intervals():
-    found = study()
-    for name, interval in found.known.items():
-        assert interval.low <= getattr(found.components, name) <= interval.high
+    analysis = study()
+    for name, interval in analysis.known.items():
+        assert interval.low <= getattr(analysis.components, name) <= interval.high
 
 
 def test_degrees_of_freedom_are_satterthwaite_s():
     """Reproducibility is (MS_o + (p - 1) MS_po - p MS_e)/(p r), by the expected mean squares."""
-    found = study()
-    _, operator, both, error, _ = found.table
+    analysis = study()
+    _, operator, interaction, error, _ = analysis.table
     terms = np.array([
-        operator.mean_square / 30, 9 * both.mean_square / 30, -10 * error.mean_square / 30,
+        operator.mean_square / 30, 9 * interaction.mean_square / 30, -10 * error.mean_square / 30,
     ])  # fmt: skip
-    assert terms.sum() == pytest.approx(found.components.reproducibility**2, rel=1e-12)
+    assert terms.sum() == pytest.approx(analysis.components.reproducibility**2, rel=1e-12)
     expected = terms.sum() ** 2 / (terms**2 / [2, 18, 60]).sum()
-    interval = found.known["reproducibility"]
+    interval = analysis.known["reproducibility"]
     assert interval.degrees_of_freedom == pytest.approx(expected, rel=1e-12)
 
 
 def test_a_pooled_interaction_is_repeatability():
-    found = next(
-        each for each in (study(seed, interaction=0.0) for seed in range(20)) if each.pooled
-    )
-    assert "interaction" not in found.known
-    pooled = found.table[2].sum_of_squares + found.table[3].sum_of_squares
-    interval = found.known["repeatability"]
+    analyses = (study(seed, interaction=0.0) for seed in range(20))
+    analysis = next(analysis for analysis in analyses if analysis.pooled)
+    assert "interaction" not in analysis.known
+    pooled = analysis.table[2].sum_of_squares + analysis.table[3].sum_of_squares
+    interval = analysis.known["repeatability"]
     low, high = np.sqrt(pooled / stats.chi2.ppf([0.975, 0.025], 78))
     assert (interval.low, interval.high) == pytest.approx((low, high), rel=1e-2)
     assert interval.degrees_of_freedom == 78
-    assert found.known["gauge"].low <= found.components.gauge <= found.known["gauge"].high
+    assert analysis.known["gauge"].low <= analysis.components.gauge <= analysis.known["gauge"].high
 
 
 def test_intervals_hold_the_truth_as_often_as_they_say():
@@ -78,16 +77,16 @@ def test_intervals_hold_the_truth_as_often_as_they_say():
         "gauge": np.sqrt(0.3**2 + 0.2**2 + 0.2**2),
         "part": 1.0,
     }
-    held = dict.fromkeys(truth, 0)
-    rng, made = np.random.default_rng(7), 0
-    while made < 200:
-        found = gauge_rr(readings(rng))
-        if found.pooled:
+    hits = dict.fromkeys(truth, 0)
+    rng, count = np.random.default_rng(7), 0
+    while count < 200:
+        analysis = gauge_rr(readings(rng))
+        if analysis.pooled:
             continue
-        made += 1
+        count += 1
         for name, value in truth.items():
-            held[name] += found.known[name].low <= value <= found.known[name].high
-    assert min(held.values()) >= 178, held
+            hits[name] += analysis.known[name].low <= value <= analysis.known[name].high
+    assert min(hits.values()) >= 178, hits
 
 
 def test_nothing_is_drawn_anew_for_the_same_study():

@@ -32,8 +32,8 @@ UP_AND_DOWN = [0.5 * (-1) ** i for i in range(14)]
     ],
 )
 def test_a_rule_is_met_at_its_value_and_not_before(values, rules, name, index):
-    found = signals([10.0 + 2.0 * each for each in values], 10.0, 2.0, rules)
-    assert [(one.rule.name, one.index) for one in found] == ([(name, index)] if name else [])
+    met = signals([10.0 + 2.0 * value for value in values], 10.0, 2.0, rules)
+    assert [(signal.rule.name, signal.index) for signal in met] == ([(name, index)] if name else [])
 
 
 @pytest.mark.parametrize(
@@ -49,24 +49,24 @@ def test_a_rule_is_met_at_its_value_and_not_before(values, rules, name, index):
 )
 def test_false_alarms_come_as_often_as_published(numbers, published):
     """Champ and Woodall, Technometrics 29 (1987) 393-399, table 1: ARL of rules without a shift."""
-    names = {f"Western Electric {each}" for each in numbers}
+    names = {f"Western Electric {number}" for number in numbers}
     rng = np.random.default_rng(5)
     lengths = []
     for _ in range(600):
-        values, found = rng.normal(size=4000), []
+        values, met = rng.normal(size=4000), []
         for count in (400, 4000):  # most are met soon
-            found = [
-                each
-                for each in signals(values[:count], 0.0, 1.0, "western-electric")
-                if each.rule.name in names
+            met = [
+                signal
+                for signal in signals(values[:count], 0.0, 1.0, "western-electric")
+                if signal.rule.name in names
             ]
-            if found:
+            if met:
                 break
-        lengths.append(found[0].index + 1 if found else 4000)
+        lengths.append(met[0].index + 1 if met else 4000)
     assert np.mean(lengths) == pytest.approx(published, rel=0.1)
 
 
 def test_shewharts_rule_is_the_limits_alone():
     values = np.random.default_rng(6).normal(size=3000)
-    found = [each.index for each in signals(values, 0.0, 1.0, "shewhart")]
-    assert found == list(np.flatnonzero(np.abs(values) > 3.0))
+    indices = [signal.index for signal in signals(values, 0.0, 1.0, "shewhart")]
+    assert indices == list(np.flatnonzero(np.abs(values) > 3.0))

@@ -1,6 +1,6 @@
-"""Which checks of the conformance kit do not apply to which plugin that ships.
+"""Which checks of the conformance kit do not apply to which shipped plugin.
 
-A check that quietly stops to apply would prove nothing any more, and nobody would see it.
+A check that silently no longer applies would prove nothing.
 """
 
 from __future__ import annotations
@@ -17,9 +17,9 @@ SCANS = {
     "less_certain_is_no_better",
     "stated_risks_are_those_of_its_verdicts",
 }
-"""Checks of a decision rule that apply it to some ten thousand values."""
+"""Checks of a decision rule that apply it to about ten thousand values."""
 _UNITS = {"wrong_unit_refused"}  # it has no settings with units
-_SETTINGS = {"wrong_type_refused", *_UNITS}  # it has none that are typed
+_SETTINGS = {"wrong_type_refused", *_UNITS}  # it has no typed settings
 _STREAM = {
     "safe_while_streaming",
     "streams_are_gapless",
@@ -44,7 +44,7 @@ _DRIVES = {
 _NO_SIMULATOR = {"other_seed_other_samples", "only_a_simulator_knows_the_truth"}
 _INSTRUMENT = {*_NO_SIMULATOR, "non_blocking_is_true"}  # it may wait
 _READ_BY_VALUE = {*_STREAM, "pauses_and_resumes", *_INSTRUMENT}
-_AT_ONCE = {"drives_are_waited_for_by_asking"}  # its drives are there when `set` returns
+_AT_ONCE = {"drives_are_waited_for_by_asking"}  # its drives have arrived when `set` returns
 _NO_WIRE = {
     "exchanges_go_over_the_wire",
     "only_device_errors_leave_it",
@@ -64,7 +64,7 @@ _REPLAY = {
     *_NO_WIRE,
     "gives_up_in_time",
 }
-_NOBODY = {"gives_up_in_time"}  # the record does not say with which settings nobody answers
+_NOBODY = {"gives_up_in_time"}  # the record names no settings of an unreachable device
 _FILES = {"examples_are_read", "missing_columns_are_named", "cut_files_refused"}
 _TRUTH = {"truth_is_within_its_interval", "truth_is_within_it_on_another_rig"}
 _FIT_EXAMPLES = {"published_examples_hold"}
@@ -72,7 +72,7 @@ _RULE_EXAMPLES = {"published_rejections_hold"}
 _AT_ONCE_DONE = {"stops_when_asked", "is_resumed_or_refuses"}  # it takes no time to be stopped in
 
 _MEASURAND = {"limits_can_say_which_result"}
-_PARTNERS = {"refuses_a_partner_run_that_lacks_a_channel"}  # none is tried with one
+_PARTNERS = {"refuses_a_partner_run_that_lacks_a_channel"}  # none of the examples has one
 _OF_TORQUE = {
     *_UNITS,
     *_PARTNERS,
@@ -82,7 +82,7 @@ _OF_TORQUE = {
     "covers_the_truth",
     "live_shows_what_it_finds",
 }
-"""Of analyses that are tried on a run of their own."""
+"""Checks of analyses that are tried on runs of their own."""
 NOT_APPLICABLE: dict[tuple[str, str], set[str]] = {
     ("analysis", "curve"): {*_UNITS, *_PARTNERS, *_MEASURAND, "live_shows_what_it_finds"},
     ("analysis", "equation"): {*_UNITS, *_PARTNERS, *_MEASURAND, "live_shows_what_it_finds"},
@@ -160,7 +160,7 @@ NOT_APPLICABLE: dict[tuple[str, str], set[str]] = {
 }
 
 
-NOT_APPLICABLE |= {  # none is tried with settings by which it tells what is not a number
+NOT_APPLICABLE |= {  # no example has settings that mark invalid readings
     ("device", name): {*NOT_APPLICABLE.get(("device", name), ()), "readings_are_told"}
     for name in REGISTRY.names("device")
 }
@@ -174,19 +174,19 @@ NOT_APPLICABLE |= {
 
 def applicable(kind: str, name: str):
     """Return the checks that apply to a plugin."""
-    without = NOT_APPLICABLE.get((kind, name), set())
-    return [check for check in checks(kind) if check.name not in without]
+    excluded = NOT_APPLICABLE.get((kind, name), set())
+    return [check for check in checks(kind) if check.name not in excluded]
 
 
 def assert_it_conforms(subject, check) -> None:
-    """Do the check, which must apply."""
+    """Run the check, which must apply."""
     why_not = conform(subject, check)
     assert not why_not, f"{why_not}: if that is right, it belongs into NOT_APPLICABLE"
 
 
 def assert_not_applicable(subject) -> None:
-    """Do what is said not to apply to a plugin; it must say why."""
-    without = NOT_APPLICABLE[subject.kind, subject.name]
+    """Run the checks listed as not applicable; each must say why it does not apply."""
+    excluded = NOT_APPLICABLE[subject.kind, subject.name]
     for check in checks(subject.kind):
-        if check.name in without:
+        if check.name in excluded:
             assert conform(subject, check), f"{check} applies"

@@ -1,6 +1,6 @@
-"""Stands in for the NI-DAQmx driver below the real nidaqmx library: the functions of its C API.
+"""A fake NI-DAQmx driver below the real nidaqmx library: the functions of its C API.
 
-The library's own Python code runs; only what it would hand to the driver ends here. Attributes and
+The library's own Python code runs; only its calls of the driver end here. Attributes and
 constants are known by their numbers in NI's header NIDAQmx.h.
 """
 
@@ -30,7 +30,7 @@ ANALOG_INPUT, DIGITAL_OUTPUT, ANALOG_OUTPUT, COUNTER_INPUT = 10100, 10153, 10102
 _NAMED_BY = "name_to_assign_to_"
 
 
-class _Tasks:
+class _Task:
     """One task: its channels in order, and what was configured."""
 
     def __init__(self, name: str) -> None:
@@ -38,13 +38,13 @@ class _Tasks:
         self.channels: list[str] = []
         self.kind = 0
         self.rate_hz = 0.0
-        self.given = 0
+        self.samples_read = 0
         self.value = 0.0
         self.is_running = False
 
 
 class FakeDriver:
-    """What the driver would do; `calls` are the functions that the library called."""
+    """The functions of the driver; `calls` are those that the library called."""
 
     def __init__(
         self,
@@ -63,7 +63,7 @@ class FakeDriver:
         self.fails = dict(fails or {})
         self.product = product
         self.calls: list[tuple[str, tuple]] = []
-        self.tasks: list[_Tasks] = []
+        self.tasks: list[_Task] = []
         self.outputs: dict[str, float] = {}
 
     def called(self, function: str) -> list[tuple]:
@@ -74,10 +74,10 @@ class FakeDriver:
         return len(self.called("create_task")) - len(self.called("clear_task"))
 
     def interpreter(self) -> BaseInterpreter:
-        """Return what the library takes for the driver."""
+        """Return the interpreter that the library takes for the driver."""
 
-        def made(name: str):
-            own = getattr(self, f"_{name}", None)
+        def function_named(name: str):
+            implementation = getattr(self, f"_{name}", None)
 
             def function(_self, *arguments):
                 self.calls.append((name, arguments))
@@ -86,16 +86,16 @@ class FakeDriver:
                     raise (
                         DaqReadError("", code, 0) if name.startswith("read") else DaqError("", code)
                     )
-                return own(*arguments) if own else None
+                return implementation(*arguments) if implementation else None
 
             return function
 
-        members = {name: made(name) for name in BaseInterpreter.__abstractmethods__}
+        members = {name: function_named(name) for name in BaseInterpreter.__abstractmethods__}
         members["__slots__"] = ()
         return type("FakeInterpreter", (BaseInterpreter,), members)()
 
     def _create_task(self, name: str):
-        self.tasks.append(_Tasks(name or f"_unnamedTask<{len(self.tasks)}>"))
+        self.tasks.append(_Task(name or f"_unnamedTask<{len(self.tasks)}>"))
         return self.tasks[-1], True
 
     def _hash_task_handle(self, task):
@@ -173,8 +173,8 @@ class FakeDriver:
 
     def _sampled(self, task, samples):
         assert task.is_running
-        time_s = (task.given + np.arange(samples)) / task.rate_hz
-        task.given += samples
+        time_s = (task.samples_read + np.arange(samples)) / task.rate_hz
+        task.samples_read += samples
         return np.array([self.signals[name](time_s) for name in task.channels])
 
     def _read_digital_lines(self, task, _samples, _timeout, _fill, array):

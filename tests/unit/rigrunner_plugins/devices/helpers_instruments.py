@@ -1,4 +1,4 @@
-"""Instruments as a station would make them, by the door of the registry."""
+"""Instruments as a station makes them, through the registry."""
 
 from __future__ import annotations
 
@@ -12,12 +12,12 @@ REGISTRY = load_registry()
 
 
 def instrument(plugin, settings, clock=None, folder=Path(), **context):
-    """Return the device that a station with these settings has."""
-    given = DeviceContext("bench", clock or WallClock(), folder, **context)
-    return REGISTRY.make_device(plugin, settings, given)
+    """Return the device of a station with these settings."""
+    device_context = DeviceContext("bench", clock or WallClock(), folder, **context)
+    return REGISTRY.make_device(plugin, settings, device_context)
 
 
 def merged(settings, **changes):
     """Return settings with some of them changed, or left out where the change is None."""
-    both = {**settings, **changes}
-    return {name: value for name, value in both.items() if value is not None}
+    merged_settings = {**settings, **changes}
+    return {name: value for name, value in merged_settings.items() if value is not None}

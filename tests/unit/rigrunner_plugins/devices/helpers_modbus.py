@@ -76,7 +76,7 @@ def rtu(unit: int, pdu: str) -> bytes:
 
 
 class Scripted:
-    """Waits for each request of the script in turn and gives its answer; keeps what it heard."""
+    """Waits for each request of the script in turn and sends its answer; keeps the requests."""
 
     def __init__(self, script, receive, send, hang_up):
         self.script, self.heard = list(script), []
@@ -88,13 +88,13 @@ class Scripted:
 
     def play(self):
         for request, answer in self.script:
-            got = b""
-            while len(got) < len(request):
-                more = self._receive(len(request) - len(got))
-                if not more:
+            received = b""
+            while len(received) < len(request):
+                part = self._receive(len(request) - len(received))
+                if not part:
                     return
-                got += more
-            self.heard.append(got)
+                received += part
+            self.heard.append(received)
             if answer is HANG_UP:
                 self._hang_up()
                 return
@@ -107,9 +107,9 @@ class Scripted:
 
 @contextmanager
 def tcp_peer(script, connections=1):
-    """Serve a script on loopback, to one connection after the other; give it and the settings."""
+    """Serve a script on loopback, to one connection after another; yield it and the settings."""
     listener = socket.create_server(("127.0.0.1", 0))
-    played = Scripted(script, None, None, None)
+    peer = Scripted(script, None, None, None)
 
     def serve():
         left = list(script)
@@ -119,17 +119,17 @@ def tcp_peer(script, connections=1):
             except OSError:
                 return
             with connection:
-                one = Scripted(left, connection.recv, connection.sendall, connection.close)
+                scripted = Scripted(left, connection.recv, connection.sendall, connection.close)
                 with suppress(OSError):
-                    one.play()
+                    scripted.play()
                     connection.recv(1)  # until the client closes
-                played.heard += one.heard
-                left = left[len(one.heard) :]
+                peer.heard += scripted.heard
+                left = left[len(scripted.heard) :]
 
     thread = threading.Thread(target=serve, daemon=True)
     thread.start()
     try:
-        yield played, {"tcp": {"host": "127.0.0.1", "port": listener.getsockname()[1]}}
+        yield peer, {"tcp": {"host": "127.0.0.1", "port": listener.getsockname()[1]}}
     finally:
         listener.shutdown(socket.SHUT_RDWR)
         listener.close()
@@ -138,22 +138,22 @@ def tcp_peer(script, connections=1):
 
 @contextmanager
 def rtu_peer(script):
-    """Play a script at the other end of a pseudo-terminal; give it and the settings."""
+    """Play a script at the other end of a pseudo-terminal; yield it and the settings."""
     ours, theirs = os.openpty()
     tty.setraw(theirs)
     hung_up = threading.Event()
-    played = Scripted(script, lambda n: os.read(ours, n), lambda b: os.write(ours, b), hung_up.set)
+    peer = Scripted(script, lambda n: os.read(ours, n), lambda b: os.write(ours, b), hung_up.set)
 
     def serve():
         with suppress(OSError):
-            played.play()
+            peer.play()
         if hung_up.is_set():
             os.close(ours)
 
     thread = threading.Thread(target=serve, daemon=True)
     thread.start()
     try:
-        yield played, {"rtu": {"port": os.ttyname(theirs)}}
+        yield peer, {"rtu": {"port": os.ttyname(theirs)}}
     finally:
         os.close(theirs)
         thread.join(5)
@@ -162,21 +162,21 @@ def rtu_peer(script):
 
 
 def device(settings, clock=None, role="motor"):
-    """Return the device as a station would have it."""
+    """Return the device as a station would make it."""
     context = DeviceContext(role, clock or WallClock(), Path())
     return load_registry().make_device("modbus", settings, context)
 
 
 @contextmanager
 def modbus_line(unit):
-    """Serve a unit with pymodbus' serial server over two pseudo-terminals; give the port."""
+    """Serve a unit with pymodbus' serial server over two pseudo-terminals; yield the port."""
     (ours, port), (theirs, far) = os.openpty(), os.openpty()
     for terminal in (port, far):
         tty.setraw(terminal)
     ended = threading.Event()
     wires = [
-        threading.Thread(target=_carry, args=each, daemon=True)
-        for each in ((ours, theirs, ended), (theirs, ours, ended))
+        threading.Thread(target=_carry, args=ends, daemon=True)
+        for ends in ((ours, theirs, ended), (theirs, ours, ended))
     ]
     loop = asyncio.new_event_loop()
     serving = threading.Thread(target=_serve_line, args=(loop, unit, far), daemon=True)
@@ -214,7 +214,7 @@ def _serve_line(loop, unit, far):
 
 
 class Cable:
-    """A TCP connection to a server on loopback that can be pulled, by ends or in the middle."""
+    """A TCP connection to a server on loopback that can be closed or interrupted."""
 
     def __init__(self, port):
         self._far = port
@@ -226,11 +226,11 @@ class Cable:
         self._accepting.start()
 
     def swallow(self):
-        """Let nothing through any more, and say nothing of it: as a pulled cable does."""
+        """Silently let nothing through any more, like a pulled cable."""
         self._swallows = True
 
     def drop(self):
-        """Close all connections, as a power cut does; new ones are let through."""
+        """Close all connections, as a power cut does; new ones are accepted."""
         while self._open:
             end = self._open.pop()
             with suppress(OSError):
@@ -241,7 +241,7 @@ class Cable:
         with suppress(OSError):
             self._listener.shutdown(socket.SHUT_RDWR)
         self._listener.close()
-        self._accepting.join()  # what it has just accepted is dropped too
+        self._accepting.join()  # a connection that it has just accepted is dropped too
         self.drop()
 
     def _accept(self):
@@ -256,7 +256,7 @@ class Cable:
 
     def _forward(self, source, sink):
         with suppress(OSError):
-            while got := source.recv(4096):
+            while data := source.recv(4096):
                 if not self._swallows:
-                    sink.sendall(got)
+                    sink.sendall(data)
             sink.shutdown(socket.SHUT_RDWR)

@@ -19,7 +19,7 @@ from rigrunner.registry import load_registry
 NAMESPACE = "urn:rigrunner:test"
 APPLICATION = "urn:rigrunner:client"
 UNECE = "http://www.opcfoundation.org/UA/units/un/cefact"
-# UnitIds as the OPC Foundation's table UNECE_to_OPCUA.csv has them
+# UnitIds of the OPC Foundation's table UNECE_to_OPCUA.csv
 NEWTON_METRE, HERTZ, CELSIUS = 20053, 4740186, 4408652
 PASSWORD = "s3cret"  # noqa: S105  (of the server in this file)
 _TICK_S = 0.02
@@ -44,12 +44,12 @@ class Users:
     """Who may log in."""
 
     def get_user(self, iserver, username=None, password=None, certificate=None):  # noqa: ARG002
-        known = username is None or (username, password) == ("lab", PASSWORD)
-        return User(role=UserRole.User) if known else None
+        accepted = username is None or (username, password) == ("lab", PASSWORD)
+        return User(role=UserRole.User) if accepted else None
 
 
 class Bench:
-    """The server, in a thread of its own; `port` is its own choice."""
+    """The server, in its own thread, on a free port."""
 
     def __init__(self, folder: Path):
         self.folder = folder
@@ -123,7 +123,7 @@ class Bench:
 
     async def _make_nodes(self, server):
         index = await server.register_namespace(NAMESPACE)
-        made = {
+        nodes = {
             "Torque": (1.25, ua.VariantType.Double, (NEWTON_METRE, "N·m")),
             "Temperature": (21.5, ua.VariantType.Float, (CELSIUS, "°C")),
             "Count": (7, ua.VariantType.Int16, None),
@@ -136,7 +136,7 @@ class Bench:
             "Locked": (0.0, ua.VariantType.Double, None),
         }
         self.nodes = {}
-        for name, (value, type_, unit) in made.items():
+        for name, (value, type_, unit) in nodes.items():
             node = await server.nodes.objects.add_variable(
                 ua.NodeId(name, index), ua.QualifiedName(name, index), value, type_
             )
@@ -153,13 +153,13 @@ class Bench:
             await self.nodes[name].set_writable()
 
     async def _tick(self):
-        """Let the motor be where it is told to be, while it is enabled."""
+        """Move the motor to its set-point while it is enabled."""
         enabled = await self.nodes["Enable"].read_value()
-        wanted = await self.nodes["Set"].read_value() if enabled else 0.0
-        await self.nodes["Actual"].write_value(wanted, ua.VariantType.Float)
+        set_point = await self.nodes["Set"].read_value() if enabled else 0.0
+        await self.nodes["Actual"].write_value(set_point, ua.VariantType.Float)
 
 
 def device(settings, folder=Path(), clock=None):
-    """Return the device as a station would have it."""
+    """Return the device as a station would make it."""
     context = DeviceContext("plc", clock or WallClock(), folder)
     return load_registry().make_device("opcua", settings, context)

@@ -1,4 +1,4 @@
-"""The other end of a wire, in a thread: it says what a test wrote down, byte for byte."""
+"""The other end of a wire, in a thread: it sends the bytes that a test states."""
 
 from __future__ import annotations
 
@@ -19,25 +19,25 @@ SILENCE = b""
 
 
 class Script:
-    """Answers messages in the order written down; what else comes is kept, and hung up upon."""
+    """Answers messages in the scripted order; on any other it hangs up, and keeps it."""
 
     def __init__(self, lines: Sequence[tuple[bytes, bytes]]) -> None:
         self.left = list(lines)
         self.unexpected: list[bytes] = []
 
-    def __call__(self, heard: bytes) -> tuple[int, bytes]:
-        """Return how many of the bytes were taken, and what is answered to them."""
-        if not self.left or not self.left[0][0].startswith(heard[: len(self.left[0][0])]):
-            self.unexpected.append(heard)
-            return len(heard), HANG_UP
-        if len(heard) < len(self.left[0][0]):
+    def __call__(self, received: bytes) -> tuple[int, bytes]:
+        """Return how many of the bytes were taken, and the answer to them."""
+        if not self.left or not self.left[0][0].startswith(received[: len(self.left[0][0])]):
+            self.unexpected.append(received)
+            return len(received), HANG_UP
+        if len(received) < len(self.left[0][0]):
             return 0, SILENCE
         message, answer = self.left.pop(0)
         return len(message), answer
 
 
 class Lines:
-    """Answers each line by a function; keeps what was said."""
+    """Answers each line by a function; keeps the lines."""
 
     def __init__(self, answer: Callable[[str], bytes], ending: bytes = b"\n") -> None:
         self.answer = answer
@@ -45,14 +45,14 @@ class Lines:
         self.heard: list[str] = []
 
     def last(self, expected: str) -> str:
-        """Return the last line; a command that nobody answers may take a moment to arrive."""
+        """Return the last line; a command without an answer may take a moment to arrive."""
         until_s = time.monotonic() + 30.0
         while self.heard[-1:] != [expected] and time.monotonic() < until_s:
             time.sleep(0.01)
         return self.heard[-1]
 
-    def __call__(self, heard: bytes) -> tuple[int, bytes]:
-        line, ending, _ = heard.partition(self.ending)
+    def __call__(self, received: bytes) -> tuple[int, bytes]:
+        line, ending, _ = received.partition(self.ending)
         if not ending:
             return 0, SILENCE
         self.heard.append(line.decode())
@@ -63,7 +63,7 @@ Talk = "Callable[[bytes], tuple[int, bytes]]"
 
 
 class SocketPeer:
-    """A TCP server on a free port of this machine that talks to one client after the other."""
+    """A TCP server on a free port of this machine that talks to one client after another."""
 
     def __init__(self, talk: Talk) -> None:
         self._talk = talk
@@ -81,14 +81,14 @@ class SocketPeer:
         return f"TCPIP::127.0.0.1::{self.port}::SOCKET"
 
     def hang_up(self) -> None:
-        """Close the connection, as a cable that is pulled or an instrument that restarts."""
+        """Close the connection, as if a cable is pulled or an instrument restarts."""
         while self._clients:
             client = self._clients.pop()
             with suppress(OSError):
                 client.shutdown(socket.SHUT_RDWR)
 
     def close(self) -> None:
-        """End for good: nobody can connect any more."""
+        """Stop: clients can no longer connect."""
         with suppress(OSError):
             self._server.shutdown(socket.SHUT_RDWR)
         self._server.close()
@@ -104,12 +104,12 @@ class SocketPeer:
 
     def _converse(self, client: socket.socket) -> None:
         with client, suppress(OSError):
-            heard = b""
+            received = b""
             while part := client.recv(65536):
-                heard += part
-                while heard:
-                    taken, answer = self._talk(heard)
-                    heard = heard[taken:]
+                received += part
+                while received:
+                    taken, answer = self._talk(received)
+                    received = received[taken:]
                     if answer == HANG_UP:
                         return
                     client.sendall(answer)
@@ -129,7 +129,7 @@ class SerialPeer:
             self.talk_to(talk)
 
     def talk_to(self, talk: Talk) -> None:
-        """Answer what is said."""
+        """Answer received messages by `talk`."""
         self._talk = talk
         threading.Thread(target=self._converse, daemon=True).start()
 
@@ -151,13 +151,13 @@ class SerialPeer:
     close = unplug
 
     def _converse(self) -> None:
-        heard = b""
+        received = b""
         with suppress(OSError):
             while part := os.read(self._far, 65536):
-                heard += part
-                while heard:
-                    taken, answer = self._talk(heard)
-                    heard = heard[taken:]
+                received += part
+                while received:
+                    taken, answer = self._talk(received)
+                    received = received[taken:]
                     if answer == HANG_UP:
                         self.unplug()
                         return
@@ -168,9 +168,9 @@ class SerialPeer:
 
 @contextmanager
 def peer(kind: type[SocketPeer | SerialPeer], talk: Talk) -> Iterator[SocketPeer]:
-    """Give a peer for a while."""
-    made = kind(talk)
+    """Yield a peer and close it."""
+    device = kind(talk)
     try:
-        yield made
+        yield device
     finally:
-        made.close()
+        device.close()

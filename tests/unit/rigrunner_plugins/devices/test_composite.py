@@ -1,4 +1,4 @@
-"""One role from several instruments: what each is asked, and that none leaves another unsafe."""
+"""One role from several instruments: calls of each, and that none leaves another unsafe."""
 
 from __future__ import annotations
 
@@ -60,52 +60,52 @@ class Inverter:
         self.before, self.calls, self.at = before, [], 3.0
         self.identity = identity or Identity("Volts", "V20", "I-1")
 
-    def _told(self, call):
+    def _call(self, call):
         self.calls.append(call)
         self.before(call)
 
     def connect(self, timeout_s):  # noqa: ARG002
-        self._told("connect")
+        self._call("connect")
         return self.identity
 
     def make_safe(self):
-        self._told("make_safe")
+        self._call("make_safe")
         self.at = 0.0
         return {"frequency": self.at}
 
     def close(self):
-        self._told("close")
+        self._call("close")
 
     def set(self, drive, value):
-        self._told(f"set {drive} {value:g}")
+        self._call(f"set {drive} {value:g}")
         self.at = value
 
     def read_back(self, drive):
-        self._told(f"read_back {drive}")
+        self._call(f"read_back {drive}")
         return self.at
 
 
 class Press(Inverter):
-    """A press whose load follows its set-point a while later, as the cell sees it."""
+    """A press whose load, as the cell measures it, follows its set-point with a delay."""
 
     drives = (replace(LOAD, settle_s=1.0, rate_per_s=None),)
 
     def begin(self, drive, value):
-        self._told(f"begin {drive} {value:g}")
+        self._call(f"begin {drive} {value:g}")
         self.at = value
 
     def arrived(self, drive):
-        self._told(f"arrived {drive}")
+        self._call(f"arrived {drive}")
         return True
 
     def make_safe(self):
-        self._told("make_safe")
+        self._call("make_safe")
         self.at = 0.0
         return {"load": self.at}
 
 
 class Cell:
-    """Reads the force on the press, which comes nearer with every look."""
+    """Reads the force on the press, which comes nearer with every reading."""
 
     channels = (ChannelInfo("force", "N", "Force"),)
     drives = ()
@@ -130,8 +130,8 @@ class Cell:
         return dict.fromkeys(channels, self.force)
 
 
-class StreamsAlone:
-    """A card that gives no single values."""
+class StreamingCard:
+    """A card that streams and has no single readings."""
 
     channels = CHANNELS[:2]
     drives = ()
@@ -155,7 +155,7 @@ SETTINGS = {
 
 
 class Bench:
-    """A composite of four fakes, and what each was told."""
+    """A composite of four fakes."""
 
     def __init__(self, settings=None, answer_s=0.2, **others):
         press = others.pop("press", None) or Press()
@@ -179,23 +179,23 @@ class Bench:
 
 
 def raising(call, error):
-    def before(told):
-        if told.startswith(call):
+    def before(request):
+        if request.startswith(call):
             raise error
 
     return before
 
 
 def hanging(call, release):
-    return lambda told: release.wait(5) if told.startswith(call) else None
+    return lambda request: release.wait(5) if request.startswith(call) else None
 
 
-def test_it_has_the_abilities_of_its_parts():
+def test_composite_has_the_abilities_of_its_parts():
     device = Bench().device
     for ability in (Readable, Settable, Approaching, Streaming, Pausable):
         assert isinstance(device, ability)
-    alone = {"parts": {"cell": {"plugin": "cell"}}, "channels": {"load": "cell.force"}}
-    device = Bench(alone).device
+    cell_only = {"parts": {"cell": {"plugin": "cell"}}, "channels": {"load": "cell.force"}}
+    device = Bench(cell_only).device
     assert isinstance(device, Readable)
     assert not any(isinstance(device, ability) for ability in (Settable, Streaming, Pausable))
 
@@ -209,7 +209,7 @@ def test_channels_and_drives_have_the_names_of_the_role():
     assert device.drives[0].sets_cycle_frequency
 
 
-def test_each_part_is_asked_once_for_what_it_has():
+def test_each_part_is_read_once():
     bench = Bench()
     values = bench.connected().read(["load", "torque", "angle"])
     assert list(values) == ["load", "torque", "angle"]
@@ -217,9 +217,9 @@ def test_each_part_is_asked_once_for_what_it_has():
     assert bench.cell.calls == ["read force"]
 
 
-def test_who_answers_is_on_record_for_every_part():
-    found = identities({"tester": Bench().device.connect(1.0)})
-    assert found == {
+def test_identity_of_every_part_is_recorded():
+    parts = identities({"tester": Bench().device.connect(1.0)})
+    assert parts == {
         "device tester": "Rigrunner composite of daq, inverter, press, cell (simulated)",
         "device tester/daq": "Fakes tester 1 (simulated)",
         "device tester/inverter": "Volts V20 I-1",
@@ -232,27 +232,27 @@ def test_who_answers_is_on_record_for_every_part():
     assert not is_simulated(identities({"tester": bench.device.connect(1.0)}))
 
 
-def test_a_drive_is_read_back_from_the_part_that_measures_it():
+def test_drive_is_read_back_from_the_part_that_measures_it():
     device = Bench().connected()
     device.begin("load", 1000.0)
     assert not device.arrived("load")
-    seen = 0
+    count = 0
     while not device.arrived("load"):
-        seen += 1
-    assert seen < 10
+        count += 1
+    assert count < 10
     assert device.read_back("load") == pytest.approx(1000.0, abs=30.0)
 
 
-def test_how_near_the_measured_value_has_to_be_can_be_told():
+def test_tolerance_of_the_measured_value_can_be_set():
     source = {"set": "press.load", "read_back": "cell.force", "tolerance": "400 N"}
     drives = {**SETTINGS["drives"], "load": source}
     device = Bench({**SETTINGS, "drives": drives}).connected()
     assert device.drives[1].tolerance == 400.0
     device.begin("load", 1000.0)
-    assert device.arrived("load")  # the cell shows 700 N at the first look
+    assert device.arrived("load")  # the cell shows 700 N at the first reading
 
 
-def test_a_load_that_the_cell_does_not_see_is_not_reached():
+def test_load_that_the_cell_does_not_measure_times_out():
     press = Press()
     bench = Bench(press=press, cell=Cell(Press()))
     bench.cell.press.at = 0.0
@@ -261,7 +261,7 @@ def test_a_load_that_the_cell_does_not_see_is_not_reached():
         device.set("load", 1000.0)
 
 
-def test_a_drive_is_not_set_beyond_its_limits():
+def test_drive_is_not_set_beyond_its_limits():
     bench = Bench()
     device = bench.connected()
     with pytest.raises(DeviceRejectedError, match=r"load: 4000 N is out of range \(0 to"):
@@ -269,22 +269,22 @@ def test_a_drive_is_not_set_beyond_its_limits():
     assert not [call for call in bench.press.calls if "begin" in call]
 
 
-def test_the_engine_polls_it():
+def test_engine_polls_the_composite():
     bench = Bench()
     rig = Rig({"tester": bench.device}, SimulatedClock())
     rig.connect()
-    looked = []
-    rig.set("tester", "load", 1000.0, meanwhile=lambda: looked.append(1))
-    assert len(looked) > 1
+    polls = []
+    rig.set("tester", "load", 1000.0, meanwhile=lambda: polls.append(1))
+    assert len(polls) > 1
 
 
-def test_all_are_made_safe_in_the_order_of_the_drives():
+def test_parts_are_made_safe_in_the_order_of_the_drives():
     bench = Bench()
     order = []
     for name in ("daq", "inverter", "press", "cell"):
-        each = getattr(bench, name)
-        plain = each.make_safe
-        each.make_safe = lambda plain=plain, name=name: (order.append(name), plain())[1]
+        device_ = getattr(bench, name)
+        make_safe = device_.make_safe
+        device_.make_safe = lambda plain=make_safe, name=name: (order.append(name), plain())[1]
     device = bench.connected()
     device.set("load", 1000.0)
     safe = device.make_safe()
@@ -294,18 +294,18 @@ def test_all_are_made_safe_in_the_order_of_the_drives():
 
 
 @pytest.mark.parametrize("error", [DeviceLostError("unplugged"), ValueError("a bug of the plugin")])
-def test_a_part_that_cannot_be_made_safe_keeps_no_other_from_it(error):
+def test_part_that_fails_to_be_made_safe_does_not_stop_the_others(error):
     bench = Bench(inverter=Inverter(raising("make_safe", error)))
     device = bench.connected()
     device.set("load", 1000.0)
-    with pytest.raises((DeviceLostError, DeviceRejectedError)) as caught:
+    with pytest.raises((DeviceLostError, DeviceRejectedError)) as raised:
         device.make_safe()
     assert bench.press.at == 0.0
-    assert str(error) in str(caught.value)
-    assert "frequency at 3 Hz, load at" in str(caught.value)
+    assert str(error) in str(raised.value)
+    assert "frequency at 3 Hz, load at" in str(raised.value)
 
 
-def test_what_a_part_reads_back_away_from_safe_is_told():
+def test_part_that_reads_back_away_from_safe_is_reported():
     bench = Bench()
     bench.inverter.make_safe = lambda: {"frequency": 2.0}
     device = bench.connected()
@@ -314,7 +314,7 @@ def test_what_a_part_reads_back_away_from_safe_is_told():
     assert bench.press.calls[-1] == "make_safe"
 
 
-def test_a_drive_of_a_part_that_is_not_read_back_is_not_safe():
+def test_drive_that_is_not_read_back_is_not_safe():
     bench = Bench()
     bench.inverter.make_safe = dict
     device = bench.connected()
@@ -322,7 +322,7 @@ def test_a_drive_of_a_part_that_is_not_read_back_is_not_safe():
         device.make_safe()
 
 
-def test_a_part_that_hangs_keeps_no_other_from_being_made_safe(monkeypatch):
+def test_hanging_part_does_not_stop_the_others_from_being_made_safe(monkeypatch):
     monkeypatch.setattr(ThreadCaller, "grace_s", 0.05)
     release = threading.Event()
     inverter = Inverter(hanging("make_safe", release))
@@ -330,17 +330,17 @@ def test_a_part_that_hangs_keeps_no_other_from_being_made_safe(monkeypatch):
     inverter.drives = (replace(FREQUENCY, rate_per_s=None),)
     bench = Bench(inverter=inverter)
     device = bench.connected()
-    before = time.monotonic()
+    start_s = time.monotonic()
     with pytest.raises(DeviceTimeoutError, match="inverter: 'make safe' did not return"):
         device.make_safe()
-    assert time.monotonic() - before < 10.0
+    assert time.monotonic() - start_s < 10.0
     assert bench.press.calls[-1] == "make_safe"
     device.close()
     assert bench.press.calls[-1] == "close"
     release.set()
 
 
-def test_a_part_that_hung_is_made_safe_from_a_fresh_thread(monkeypatch):
+def test_part_that_hung_is_made_safe_from_a_new_thread(monkeypatch):
     monkeypatch.setattr(ThreadCaller, "grace_s", 0.05)
     release = threading.Event()
     inverter = Inverter(hanging("set frequency 10", release))
@@ -351,7 +351,7 @@ def test_a_part_that_hung_is_made_safe_from_a_fresh_thread(monkeypatch):
         device.begin("frequency", 10.0)
     with pytest.raises(DeviceLostError, match="inverter: cannot set frequency"):
         device.begin("frequency", 5.0)
-    device.begin("frequency", 0.0)  # to the safe value all the same
+    device.begin("frequency", 0.0)  # the safe value is set nevertheless
     assert inverter.at == 0.0
     with pytest.raises(DeviceRejectedError, match=r"inverter: 'set frequency' .* may still move"):
         device.make_safe()
@@ -361,17 +361,17 @@ def test_a_part_that_hung_is_made_safe_from_a_fresh_thread(monkeypatch):
     device.close()
 
 
-def test_behind_a_set_that_comes_late_the_part_is_made_safe_once_more(monkeypatch):
+def test_part_is_made_safe_again_after_a_late_set(monkeypatch):
     monkeypatch.setattr(ThreadCaller, "grace_s", 0.05)
     release = threading.Event()
 
-    def let_go_once_the_others_are_safe(told):
-        if told == "make_safe":
+    def release_once_the_others_are_safe(request):
+        if request == "make_safe":
             release.set()
 
     inverter = Inverter(hanging("set frequency 10", release))
     inverter.non_blocking = False
-    bench = Bench(inverter=inverter, press=Press(let_go_once_the_others_are_safe))
+    bench = Bench(inverter=inverter, press=Press(release_once_the_others_are_safe))
     device = bench.connected()
     with pytest.raises(DeviceTimeoutError):
         device.begin("frequency", 10.0)
@@ -382,7 +382,7 @@ def test_behind_a_set_that_comes_late_the_part_is_made_safe_once_more(monkeypatc
     device.close()
 
 
-def test_what_reads_goes_on_while_another_part_hangs(monkeypatch):
+def test_reading_continues_while_another_part_hangs(monkeypatch):
     monkeypatch.setattr(ThreadCaller, "grace_s", 0.05)
     release = threading.Event()
     inverter = Inverter(hanging("read_back", release))
@@ -395,7 +395,7 @@ def test_what_reads_goes_on_while_another_part_hangs(monkeypatch):
     device.close()
 
 
-def test_all_are_connected_or_none():
+def test_all_parts_are_connected_or_none():
     press = Press(raising("connect", DeviceNotFoundError("nobody there")))
     bench = Bench(press=press)
     with pytest.raises(DeviceNotFoundError, match="press: nobody there"):
@@ -407,14 +407,14 @@ def test_all_are_connected_or_none():
         bench.device.read(["torque"])
 
 
-def test_what_stays_energised_after_a_failed_connect_is_told():
+def test_energised_part_after_a_failed_connect_is_reported():
     press = Press(raising("connect", DeviceNotFoundError("nobody there")))
     inverter = Inverter(raising("make_safe", DeviceLostError("unplugged")))
     with pytest.raises(DeviceNotFoundError, match="nobody there; then inverter: unplugged"):
         Bench(press=press, inverter=inverter).device.connect(1.0)
 
 
-def test_all_are_closed_whatever_fails():
+def test_all_parts_are_closed_despite_a_failure():
     bench = Bench(inverter=Inverter(raising("close", DeviceLostError("unplugged"))))
     device = bench.connected()
     with pytest.raises(DeviceLostError, match="inverter: unplugged"):
@@ -422,7 +422,7 @@ def test_all_are_closed_whatever_fails():
     assert bench.cell.calls[-1] == bench.press.calls[-1] == "close"
 
 
-def test_a_pause_stops_what_moves_in_cycles_and_nothing_else():
+def test_pause_stops_only_what_moves_in_cycles():
     bench = Bench()
     device = bench.connected()
     device.set("frequency", 10.0)
@@ -441,18 +441,18 @@ def test_channels_of_one_part_are_streamed_under_the_names_of_the_role():
     assert {tuple(block.channels) for block in blocks} == {("moment",)}
 
 
-def test_what_is_only_read_is_not_streamed():
+def test_channel_without_samples_cannot_be_recorded():
     with pytest.raises(DeviceRejectedError, match="load cannot be recorded"):
         Bench().connected().stream(["torque", "load"], 0.1, threading.Event())
 
 
-def test_a_part_that_only_streams_gives_a_short_mean():
-    values = Bench(daq=StreamsAlone()).connected().read(["torque"])
+def test_part_that_only_streams_is_read_as_a_short_mean():
+    values = Bench(daq=StreamingCard()).connected().read(["torque"])
     assert values["torque"] == pytest.approx(-0.01 + 1e-6 * 49.5)
 
 
-def test_a_part_that_only_streams_is_not_read_while_it_records():
-    device = Bench(daq=StreamsAlone()).connected()
+def test_part_that_only_streams_is_not_read_while_it_records():
+    device = Bench(daq=StreamingCard()).connected()
     blocks = device.stream(["torque"], 1.0, threading.Event())
     next(blocks)
     with pytest.raises(DeviceRejectedError, match="daq: angle cannot be read while it records"):
@@ -461,56 +461,56 @@ def test_a_part_that_only_streams_is_not_read_while_it_records():
     assert device.read(["angle"])
 
 
-def test_what_a_part_finds_of_its_stream_has_the_names_of_the_role():
-    found = {
+def test_stream_conditions_of_a_part_have_the_names_of_the_role():
+    conditions = {
         "torque_filter_delay": (0.003, "s"),
         "torque_raw_filter_delay": (0.001, "s"),
         "angle_filter_delay": (0.0, "s"),
     }
     daq = Daq()
     raw = ChannelInfo("torque_raw", "N·m", "")
-    daq.channels, daq.stream_conditions = (*CHANNELS[:2], raw), lambda: found
+    daq.channels, daq.stream_conditions = (*CHANNELS[:2], raw), lambda: conditions
     device = Bench({**SETTINGS, "channels": {"moment": "daq.torque"}}, daq=daq).connected()
     list(device.stream(["moment"], 0.1, threading.Event()))
     assert device.stream_conditions() == {"moment_filter_delay": (0.003, "s")}
 
 
 def lost_after(blocks):
-    def spoil(whole):
-        yield from whole[:blocks]
+    def spoil(stream):
+        yield from stream[:blocks]
         raise DeviceLostError("unplugged")
 
     return spoil
 
 
-def test_a_part_that_is_lost_in_a_recording_ends_the_run_with_all_others_safe():
+def test_part_lost_in_a_recording_ends_the_run_with_the_others_safe():
     bench = Bench()
     bench.daq.spoil = lost_after(1)
     bench.inverter.at, bench.press.at = 0.0, 0.0
-    kinds = Listener()
+    events = Listener()
     drives = ("load", 1000.0, "N"), ("frequency", 10.0, "Hz")
     plan = plan_of(
-        setup=(), main=(*(SetDrive("tester", *each) for each in drives), record("001_10Hz"))
+        setup=(), main=(*(SetDrive("tester", *drive) for drive in drives), record("001_10Hz"))
     )
-    summary = run(bench.device, plan, critical=[kinds])
+    summary = run(bench.device, plan, critical=[events])
     assert isinstance(summary.error, DeviceLostError)
     assert "tester: daq: unplugged" in str(summary.error)
     assert (bench.inverter.at, bench.press.at) == (0.0, 0.0)
-    (told,) = kinds.of(MadeSafe)
-    assert told.problems == ()
+    (event,) = events.of(MadeSafe)
+    assert event.problems == ()
 
 
-def test_a_rig_with_a_part_that_cannot_be_made_safe_is_not_called_safe():
+def test_part_that_cannot_be_made_safe_leaves_the_rig_unsafe():
     inverter = Inverter(raising("make_safe", DeviceLostError("no answer")))
     bench = Bench(inverter=inverter)
     bench.daq.spoil = lost_after(1)
-    kinds = Listener()
+    events = Listener()
     plan = plan_of(setup=(), main=(SetDrive("tester", "frequency", 10.0, "Hz"), record("001")))
-    summary = run(bench.device, plan, critical=[kinds])
+    summary = run(bench.device, plan, critical=[events])
     assert "daq: unplugged" in str(summary.error)
-    told = kinds.of(MadeSafe)[-1]
-    assert told.problems
-    assert "inverter: no answer" in str(told)
+    event = events.of(MadeSafe)[-1]
+    assert event.problems
+    assert "inverter: no answer" in str(event)
     assert "make_safe" in bench.press.calls
 
 
@@ -526,7 +526,7 @@ def test_a_rig_with_a_part_that_cannot_be_made_safe_is_not_called_safe():
         ),
     ],
 )
-def test_what_a_part_lacks_is_told(change, message):
+def test_missing_channel_or_drive_of_a_part_is_refused(change, message):
     with pytest.raises(PluginError, match=message):
         Bench({**SETTINGS, **change})
 
@@ -544,21 +544,21 @@ def test_settings_that_do_not_fit_are_refused(change, message):
         CompositeSettings.model_validate({**SETTINGS, **change})
 
 
-def test_the_stations_of_the_manual_are_taken():
+def test_stations_of_the_manual_are_valid():
     page = Path(__file__).parents[4] / "docs" / "how-to" / "combine-instruments.md"
     station, clocks = page.read_text(encoding="utf-8").split("```yaml\n")[1:3]
     text = station.partition("```")[0] + clocks.partition("```")[0]
     document = parse(text.replace("encoder: sync", "press: sync"), str(page))
-    found = validate(CompositeSettings, document, ("devices", "tester", "settings"))
-    assert list(found.parts) == ["daq", "press"]
-    assert found.clocks.latency == pytest.approx(0.002)
+    settings = validate(CompositeSettings, document, ("devices", "tester", "settings"))
+    assert list(settings.parts) == ["daq", "press"]
+    assert settings.clocks.latency == pytest.approx(0.002)
     assert load_registry().is_simulated(
         "composite", document.part(("devices", "tester", "settings"))
     )
 
 
-def test_drives_are_read_back_while_one_part_streams_but_not_while_clocks_are_compared():
-    """With several streaming parts the arrival of samples is a measurement of its own."""
+def test_drives_are_read_back_in_a_stream_of_one_part_only():
+    """With several streaming parts the arrival time of samples is itself measured."""
     device = Bench().device
     assert device.reads_back_while_streaming
     load = device.channel_routes["load"]

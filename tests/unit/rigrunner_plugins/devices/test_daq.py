@@ -1,6 +1,6 @@
-"""The daq device: with the real library and no driver, and with one that stands in below it.
+"""The daq device: with the real library and no driver, and with a fake driver below it.
 
-What reaches the driver is compared with the numbers of NI's header NIDAQmx.h.
+Arguments of driver calls are compared with the numbers of NI's header NIDAQmx.h.
 """
 
 from __future__ import annotations
@@ -98,9 +98,9 @@ def clock():
 
 @pytest.fixture
 def bench(clock, monkeypatch):
-    """Return what makes a connected device on a driver that stands in."""
+    """Return a function that makes a connected device on a fake driver."""
 
-    def made(changes=None, *, connect=True, **of_driver):
+    def make_device(changes=None, *, connect=True, **of_driver):
         driver = FakeDriver(clock, SIGNALS, **of_driver)
         monkeypatch.setattr(
             nidaqmx.utils, "_select_interpreter", lambda *_a, **_k: driver.interpreter()
@@ -113,28 +113,28 @@ def bench(clock, monkeypatch):
         return device, driver
 
     opened = []
-    yield made
+    yield make_device
     for device in opened:
         device.close()
 
 
-def test_without_the_driver_the_real_library_ends_in_a_clear_message(clock):
+def test_missing_driver_is_reported_with_a_clear_message(clock):
     device = load_registry().make_device("daq", SETTINGS, DeviceContext("tester", clock, Path()))
-    with pytest.raises(DeviceNotFoundError) as caught:
+    with pytest.raises(DeviceNotFoundError) as raised:
         device.connect(1.0)
-    assert "look for cDAQ1: Could not find an installation of NI-DAQmx" in str(caught.value)
-    assert "install NI-DAQmx from ni.com" in caught.value.hint
+    assert "look for cDAQ1: Could not find an installation of NI-DAQmx" in str(raised.value)
+    assert "install NI-DAQmx from ni.com" in raised.value.hint
     device.close()
 
 
-def test_without_the_package_the_extra_is_named(clock, monkeypatch):
+def test_missing_package_names_the_extra(clock, monkeypatch):
     device = load_registry().make_device("daq", SETTINGS, DeviceContext("tester", clock, Path()))
     monkeypatch.setitem(__import__("sys").modules, "nidaqmx.constants", None)
     with pytest.raises(MissingPackageError, match=r"pip install 'rigrunner\[daq\]'"):
         device.connect(1.0)
 
 
-def test_it_has_the_abilities_of_a_tester_and_its_units(bench):
+def test_daq_has_the_abilities_and_units_of_a_tester(bench):
     device, _ = bench(connect=False)
     for ability in (Readable, Approaching, Streaming, KnowsStream):
         assert isinstance(device, ability)
@@ -146,7 +146,7 @@ def test_it_has_the_abilities_of_a_tester_and_its_units(bench):
     assert not device.non_blocking
 
 
-def test_it_says_who_it_is_and_refuses_another_one(bench):
+def test_identity_is_read_and_another_device_is_refused(bench):
     identity = bench()[0].connect(1.0)
     assert (identity.maker, identity.model) == ("National Instruments", "NI 9237")
     assert (identity.serial, identity.firmware) == ("1A2B3C4", "NI-DAQmx 26.0.0")
@@ -156,7 +156,7 @@ def test_it_says_who_it_is_and_refuses_another_one(bench):
         bench({"expect": {"serial": "99"}})
 
 
-def test_a_bridge_is_set_up_as_its_certificate_says(bench):
+def test_bridge_is_set_up_from_its_certificate(bench):
     """Arguments of DAQmxCreateAITorqueBridgeTwoPointLinChan, in its order."""
     _, driver = bench()
     (_, *arguments), *_ = driver.called("create_ai_torque_bridge_two_point_lin_chan")
@@ -166,7 +166,7 @@ def test_a_bridge_is_set_up_as_its_certificate_says(bench):
     ]  # fmt: skip
 
 
-def test_a_table_of_a_bridge_rises(bench):
+def test_bridge_table_is_sorted(bench):
     points = [
         {"ratio": "1.001 mV/V", "torque": "5 N·m"},
         {"ratio": "-2 mV/V", "torque": "-10 N·m"},
@@ -181,25 +181,25 @@ def test_a_table_of_a_bridge_rises(bench):
     assert list(torques) == [-10.0, 5.0, 10.0]
 
 
-def test_an_encoder_counts_at_the_analogue_sample_clock(bench):
+def test_encoder_counts_at_the_analogue_sample_clock(bench):
     """Arguments of DAQmxCreateCIAngEncoderChan and DAQmxCfgSampClkTiming, in their order."""
     _, driver = bench()
     (_, *encoder), *_ = driver.called("create_ci_ang_encoder_chan")
     assert encoder == [
         "cDAQ1/ctr0", "angle", X4, False, 0.0, A_HIGH_B_HIGH, RADIANS, 3600, 0.0, "",
     ]  # fmt: skip
-    timings = {task.channels[0]: rest for task, *rest in driver.called("cfg_samp_clk_timing")}
+    timings = {task.channels[0]: args for task, *args in driver.called("cfg_samp_clk_timing")}
     assert timings["torque"] == [10_000.0, "", RISING, CONTINUOUS, 100_000]
     assert timings["angle"] == [10_000.0, "/cDAQ1/ai/SampleClock", RISING, CONTINUOUS, 100_000]
 
 
-def test_a_voltage_input_has_its_range_and_wiring(bench):
+def test_voltage_input_has_its_range_and_wiring(bench):
     _, driver = bench()
     (_, *voltage), *_ = driver.called("create_ai_voltage_chan")
     assert voltage == ["cDAQ1Mod2/ai3", "load", DIFFERENTIAL, -10.0, 10.0, VOLTS, ""]
 
 
-def test_torque_and_angle_are_samples_of_the_same_edges(bench):
+def test_torque_and_angle_are_sampled_at_the_same_edges(bench):
     device, driver = bench()
     driver.calls.clear()
     blocks = list(device.stream(["angle", "torque"], 0.55, threading.Event()))
@@ -210,17 +210,17 @@ def test_torque_and_angle_are_samples_of_the_same_edges(bench):
     angle = np.concatenate([block.channels["angle"] for block in blocks])
     assert torque == pytest.approx(SIGNALS["torque"](time_s))
     assert angle == pytest.approx(-SIGNALS["angle"](time_s))
-    started = [task.channels[0] for (task,) in driver.called("start_task")]
-    assert started == ["angle", "torque"]  # or the counter misses the first edges
+    start_order = [task.channels[0] for (task,) in driver.called("start_task")]
+    assert start_order == ["angle", "torque"]  # or the counter misses the first edges
     assert len(driver.called("clear_task")) == 2
 
 
-def test_a_voltage_is_scaled_to_its_quantity(bench):
+def test_voltage_is_scaled_to_its_quantity(bench):
     device, _ = bench()
     assert device.read(["load"])["load"] == pytest.approx(1000.0)  # 5 V at 200 N/V
 
 
-def test_a_reading_while_it_records_is_of_the_newest_block(bench):
+def test_reading_during_a_recording_is_of_the_newest_block(bench):
     device, driver = bench()
     blocks = device.stream(["torque"], 1.0, threading.Event())
     next(blocks)
@@ -231,7 +231,7 @@ def test_a_reading_while_it_records_is_of_the_newest_block(bench):
     assert driver.open_tasks == 2  # the two outputs
 
 
-def test_a_stop_ends_the_acquisition(bench):
+def test_stop_ends_the_acquisition(bench):
     device, driver = bench()
     stop = threading.Event()
     blocks = device.stream(["torque"], 5.0, stop)
@@ -241,7 +241,7 @@ def test_a_stop_ends_the_acquisition(bench):
     assert driver.open_tasks == 2
 
 
-def test_the_filter_is_on_record_where_the_device_tells_it(bench):
+def test_filter_is_recorded_if_the_device_has_one(bench):
     device, _ = bench()
     assert device.stream_conditions() == {
         "torque_filter_delay": (0.0031, "s"),
@@ -252,20 +252,20 @@ def test_the_filter_is_on_record_where_the_device_tells_it(bench):
     assert bench(filters=False)[0].stream_conditions() == {}
 
 
-def test_the_delay_of_the_filter_is_taken_out_if_wanted(bench):
+def test_filter_delay_can_be_removed(bench):
     _, driver = bench({"remove_filter_delay": True})
-    told = driver.called("set_chan_attribute_bool")
-    assert {(channel, *rest) for _, channel, *rest in told} == {
+    calls = driver.called("set_chan_attribute_bool")
+    assert {(channel, *rest) for _, channel, *rest in calls} == {
         ("torque", 0x2FBD, True),  # DAQmx_AI_RemoveFilterDelay
         ("load", 0x2FBD, True),
     }
 
 
-def test_another_rate_than_that_of_the_station_is_refused(bench):
-    with pytest.raises(DeviceRejectedError) as caught:
+def test_sample_rate_other_than_the_station_s_is_refused(bench):
+    with pytest.raises(DeviceRejectedError) as raised:
         bench(coerced_hz=10_240.0)
-    assert "cannot sample at 10000 Hz: the nearest rate is 10240.000000 Hz" in str(caught.value)
-    assert "rate: 10240.0 Hz" in caught.value.hint
+    assert "cannot sample at 10000 Hz: the nearest rate is 10240.000000 Hz" in str(raised.value)
+    assert "rate: 10240.0 Hz" in raised.value.hint
 
 
 def test_outputs_are_set_and_read_back(bench):
@@ -284,7 +284,7 @@ def test_outputs_are_set_and_read_back(bench):
     assert driver.outputs == {"frequency": 0.0, "enable": 0.0}
 
 
-def test_a_drive_that_a_channel_measures_is_read_back_from_it(bench):
+def test_drive_measured_by_a_channel_is_read_back_from_it(bench):
     drives = {
         "load": {
             "kind": "voltage", "source": "cDAQ1Mod3/ao1", "unit": "N", "scale": 500,
@@ -298,7 +298,7 @@ def test_a_drive_that_a_channel_measures_is_read_back_from_it(bench):
     assert driver.outputs["load"] == 4.0
 
 
-def test_where_a_drive_stands_is_not_made_up(bench):
+def test_drive_that_was_never_set_has_no_read_back(bench):
     device, _ = bench()
     with pytest.raises(DeviceRejectedError, match="was not set since the connection was opened"):
         device.read_back("frequency")
@@ -313,7 +313,7 @@ def test_where_a_drive_stands_is_not_made_up(bench):
         (("start_task", RESERVED), DeviceRejectedError, "close the program that uses it"),
     ],
 )
-def test_failures_while_it_records_end_in_a_message_and_release_the_device(
+def test_failures_during_a_recording_are_reported_and_release_the_device(
     bench, clock, failure, kind, message
 ):
     call, code = failure
@@ -330,14 +330,14 @@ def test_failures_while_it_records_end_in_a_message_and_release_the_device(
     assert driver.open_tasks == 0
 
 
-def test_a_device_that_is_not_there_leaves_nothing_open(bench):
+def test_missing_device_leaves_no_task_open(bench):
     device, driver = bench(connect=False, fails={"create_ai_voltage_chan": NO_DEVICE})
     with pytest.raises(DeviceNotFoundError, match="this name in NI MAX"):
         device.connect(1.0)
     assert driver.open_tasks == 0
 
 
-def test_outputs_that_cannot_be_written_are_not_called_safe(bench, clock):
+def test_outputs_that_cannot_be_written_are_not_safe(bench, clock):
     device, driver = bench()
     device.set("frequency", 10.0)
     driver.fails["write_analog_f64"] = REMOVED
@@ -350,7 +350,7 @@ def test_outputs_that_cannot_be_written_are_not_called_safe(bench, clock):
     rig.close()
 
 
-def test_the_engine_takes_what_it_streams(bench, clock):
+def test_engine_accepts_its_stream(bench, clock):
     device, _ = bench()
     rig = Rig({"tester": device}, clock)
     rig._connected.add("tester")
@@ -370,10 +370,10 @@ def test_the_engine_takes_what_it_streams(bench, clock):
     rig.close()
 
 
-def test_the_names_of_its_errors_are_those_of_the_library():
+def test_names_of_its_errors_are_those_of_the_library():
     names = {code.name for code in DAQmxErrors}
-    for known in (daqmx.NOT_THERE, daqmx.OVERRUN, daqmx.LATE, daqmx.TAKEN):
-        assert known <= names
+    for group in (daqmx.NOT_THERE, daqmx.OVERRUN, daqmx.LATE, daqmx.TAKEN):
+        assert group <= names
 
 
 @pytest.mark.parametrize(
@@ -393,7 +393,7 @@ def test_the_names_of_its_errors_are_those_of_the_library():
         (("drives", "frequency", "read_back"), "speed", "no channel 'speed'"),
     ],
 )
-def test_settings_that_cannot_be_are_refused(path, value, message):
+def test_contradictory_settings_are_refused(path, value, message):
     changed = {
         key: dict(part) if isinstance(part, dict) else part for key, part in SETTINGS.items()
     }
@@ -406,11 +406,11 @@ def test_settings_that_cannot_be_are_refused(path, value, message):
         DaqSettings.model_validate(changed)
 
 
-def test_the_station_of_the_manual_is_taken():
+def test_station_of_the_manual_is_valid():
     page = Path(__file__).parents[4] / "docs" / "how-to" / "national-instruments.md"
     text = page.read_text(encoding="utf-8").partition("```yaml\n")[2].partition("```")[0]
     document = parse(text, str(page))
-    found = validate(DaqSettings, document, ("devices", "tester", "settings"))
-    assert found.rate == 10_240.0
-    assert found.counter_clock == "/cDAQ1/ai/SampleClock"
-    assert found.channels["torque"].table == ((0.0, 0.0), (pytest.approx(2.0015), 10.0))
+    settings_ = validate(DaqSettings, document, ("devices", "tester", "settings"))
+    assert settings_.rate == 10_240.0
+    assert settings_.counter_clock == "/cDAQ1/ai/SampleClock"
+    assert settings_.channels["torque"].table == ((0.0, 0.0), (pytest.approx(2.0015), 10.0))

@@ -23,7 +23,7 @@ FREQUENCY = {
 }
 
 
-def test_a_number_is_scaled_and_then_taken_in_its_unit():
+def test_number_is_scaled_before_its_unit_is_converted():
     channel = DeclaredChannel(unit="mN·m", scale=2.0, offset=-1.0)
     assert channel.to_si(500.5) == pytest.approx(1.0)  # 500.5 * 2 - 1 = 1000 mN·m
     assert channel.si_unit == "N·m"
@@ -39,13 +39,13 @@ def test_temperatures_are_in_kelvin():
     offset=st.floats(-1e3, 1e3),
     number=st.floats(-1e6, 1e6),
 )
-def test_there_and_back(unit, scale, offset, number):
+def test_from_si_inverts_to_si(unit, scale, offset, number):
     quantity = DeclaredChannel(unit=unit, scale=scale, offset=offset)
-    back = quantity.from_si(quantity.to_si(number))
-    assert back == pytest.approx(number, rel=1e-6, abs=1e-6 * (1 + abs(offset / scale)) * 1e3)
+    restored = quantity.from_si(quantity.to_si(number))
+    assert restored == pytest.approx(number, rel=1e-6, abs=1e-6 * (1 + abs(offset / scale)) * 1e3)
 
 
-def test_a_drive_is_described_in_si():
+def test_drive_is_described_in_si():
     info = DeclaredDrive(**FREQUENCY).info("frequency")
     assert (info.unit, info.minimum, info.maximum) == ("Hz", 0.0, 35.0)
     assert info.rate_per_s == pytest.approx(5.0)
@@ -55,7 +55,7 @@ def test_a_drive_is_described_in_si():
 
 
 @pytest.mark.parametrize(
-    ("change", "told"),
+    ("change", "message"),
     [
         ({"scale": 0}, "scale is 0"),
         ({"max": "35 N"}, "a force; expected a frequency"),
@@ -66,6 +66,6 @@ def test_a_drive_is_described_in_si():
         ({"unit": "rmp"}, "unknown unit 'rmp'"),
     ],
 )
-def test_what_does_not_fit_is_refused(change, told):
-    with pytest.raises(ValidationError, match=told):
+def test_settings_that_do_not_fit_are_refused(change, message):
+    with pytest.raises(ValidationError, match=message):
         DeclaredDrive(**{**FREQUENCY, **change})

@@ -56,8 +56,8 @@ def server(plant, inverter):
 
 def settings(server, **more):
     tcp = {"host": "127.0.0.1", "port": server.port}
-    given = {"channels": CHANNELS, "drives": {"frequency": FREQUENCY}}
-    return {"tcp": tcp, "timeout": "1500 ms", **given, **more}
+    settings = {"channels": CHANNELS, "drives": {"frequency": FREQUENCY}}
+    return {"tcp": tcp, "timeout": "1500 ms", **settings, **more}
 
 
 @contextmanager
@@ -70,7 +70,7 @@ def connected(server, **more):
         unit.close()
 
 
-def test_an_inverter_is_driven_read_and_stopped(server, plant):
+def test_inverter_is_driven_read_and_stopped(server, plant):
     with connected(server) as motor:
         motor.set("frequency", 10.0)
         assert plant.frequency_hz == pytest.approx(10.0)
@@ -84,7 +84,7 @@ def test_an_inverter_is_driven_read_and_stopped(server, plant):
     assert plant.frequency_hz == 0.0
 
 
-def test_a_drive_is_stopped_at_its_safe_value_also_if_that_is_not_zero(server, monkeypatch):
+def test_drive_is_stopped_at_its_safe_value_even_if_not_zero(server, monkeypatch):
     idle = {**FREQUENCY, "safe": "5 Hz"}
     unit, written = device(settings(server, drives={"frequency": idle})), []
     monkeypatch.setattr(
@@ -97,17 +97,17 @@ def test_a_drive_is_stopped_at_its_safe_value_also_if_that_is_not_zero(server, m
     assert written == [(1, 0), (0, 1)]
 
 
-def test_a_press_is_another_unit_of_the_same_server(server, plant):
-    only = {"channels": {"load": {"input": 0, **FLOAT}}, "drives": {"load": LOAD}, "unit_id": 2}
-    with connected(server, **only) as press:
+def test_press_is_another_unit_of_the_same_server(server, plant):
+    unit2 = {"channels": {"load": {"input": 0, **FLOAT}}, "drives": {"load": LOAD}, "unit_id": 2}
+    with connected(server, **unit2) as press:
         press.set("load", 1000.0)
         assert press.read(["load"])["load"] == pytest.approx(1000.0, abs=30.0)
         assert plant.load_n == pytest.approx(1000.0)
         assert press.make_safe() == {"load": pytest.approx(0.0, abs=30.0)}
 
 
-def test_it_says_who_it_is_and_another_one_is_refused(server):
-    before = threading.active_count()
+def test_identity_is_read_and_another_model_is_refused(server):
+    threads = threading.active_count()
     standard = {"standard": "yes", "expect": {"maker": "Rigrunner", "model": "SIM-VFD"}}
     unit = device(settings(server, identification=standard))
     identity = unit.connect(2.0)
@@ -116,17 +116,17 @@ def test_it_says_who_it_is_and_another_one_is_refused(server):
     other = device(settings(server, identification={**standard, "expect": {"model": "FC-51"}}))
     with pytest.raises(DeviceNotFoundError, match="the model 'SIM-VFD', expected 'FC-51'"):
         other.connect(2.0)
-    assert threading.active_count() == before
+    assert threading.active_count() == threads
 
 
-def test_a_part_of_the_identity_may_stand_in_registers(server):
+def test_identity_can_be_read_from_registers(server):
     parts = {"serial": {"input": 3}, "model": {"input": 3, "text": 1}}
     unit = device(settings(server, identification=parts))
     assert unit.connect(2.0).serial == "0"
     unit.close()
 
 
-def test_a_fault_is_told_when_the_motor_does_not_come(server, inverter):
+def test_fault_of_the_inverter_is_reported_with_its_name(server, inverter):
     fault = {"input": 3, "codes": {"7": "overload"}}
     with connected(server, fault=fault) as motor:
         motor.set("frequency", 5.0)
@@ -136,7 +136,7 @@ def test_a_fault_is_told_when_the_motor_does_not_come(server, inverter):
         assert motor.make_safe() == {"frequency": 0.0}
 
 
-def test_a_set_point_that_the_unit_refuses(server):
+def test_set_point_that_the_unit_refuses_is_reported(server):
     drive = {**FREQUENCY, "max": "60 Hz"}
     with connected(server, drives={"frequency": drive}) as motor:
         with pytest.raises(
@@ -147,10 +147,10 @@ def test_a_set_point_that_the_unit_refuses(server):
 
 
 @pytest.mark.parametrize("write", [[0, 1], []])
-def test_the_watchdog_keeps_the_inverter_running(server, plant, inverter, write):
-    kept = {"holding": 2, "every": "50 ms", "write": write}
-    inverter.written(3, [10])  # it stops after 1 s without a word
-    with connected(server, watchdog=kept if write else None) as motor:
+def test_watchdog_keeps_the_inverter_running(server, plant, inverter, write):
+    watchdog = {"holding": 2, "every": "50 ms", "write": write}
+    inverter.written(3, [10])  # it stops after 1 s without a request
+    with connected(server, watchdog=watchdog if write else None) as motor:
         motor.set("frequency", 10.0)
         time.sleep(1.5)
         assert plant.frequency_hz == (10.0 if write else 0.0)
@@ -158,7 +158,7 @@ def test_the_watchdog_keeps_the_inverter_running(server, plant, inverter, write)
             assert inverter.inputs()[3] == TIMEOUT
 
 
-def test_a_watchdog_that_fails_is_told_with_its_reason(server):
+def test_failed_watchdog_is_reported_with_its_reason(server):
     wrong = {"holding": 40, "every": "50 ms", "write": [1]}
     with connected(server, watchdog=wrong) as motor:
         time.sleep(0.2)
@@ -167,18 +167,18 @@ def test_a_watchdog_that_fails_is_told_with_its_reason(server):
 
 
 def test_threads_and_sockets_are_released(server):
-    kept = {"holding": 2, "every": "50 ms", "write": [0]}
-    before = threading.active_count()
+    watchdog = {"holding": 2, "every": "50 ms", "write": [0]}
+    threads = threading.active_count()
     for _ in range(3):
-        unit = device(settings(server, watchdog=kept))
+        unit = device(settings(server, watchdog=watchdog))
         unit.connect(2.0)
         unit.connect(2.0)
         unit.close()
         unit.close()
-    assert threading.active_count() == before
+    assert threading.active_count() == threads
 
 
-def test_without_its_package_it_says_how_to_get_it(server, monkeypatch):
+def test_missing_package_names_the_extra(server, monkeypatch):
     monkeypatch.setitem(sys.modules, "pymodbus", None)
     monkeypatch.setitem(sys.modules, "pymodbus.exceptions", None)
     monkeypatch.delitem(sys.modules, "rigrunner_plugins.devices.modbus.line")
@@ -189,13 +189,13 @@ def test_without_its_package_it_says_how_to_get_it(server, monkeypatch):
         unit.connect(1.0)
 
 
-def test_a_read_of_neighbours_is_one_request(server):
+def test_neighbouring_registers_are_read_in_one_request(server):
     with connected(server) as motor:
-        asked = []
+        requests = []
         line = motor._line
-        motor._opened.read = lambda span: asked.append(span) or type(line).read(line, span)
+        motor._opened.read = lambda span: requests.append(span) or type(line).read(line, span)
         motor.read(["frequency", "current", "running"])
-    assert asked == [Span("input", 0, 3)]
+    assert requests == [Span("input", 0, 3)]
 
 
 def test_several_units_share_a_line(server, plant):
@@ -215,12 +215,12 @@ def test_several_units_share_a_line(server, plant):
     assert (plant.load_n, plant.frequency_hz) == (0.0, 0.0)
 
 
-def test_over_a_serial_line():
+def test_inverter_is_driven_over_a_serial_line():
     plant = Plant(frequency_rate_hz_per_s=500.0)
     with modbus_line(Inverter(plant)) as port:
         rtu = {"port": port, "baud": 115200}
-        given = {"channels": CHANNELS, "drives": {"frequency": FREQUENCY}}
-        motor = device({"rtu": rtu, "timeout": "1500 ms", **given})
+        settings = {"channels": CHANNELS, "drives": {"frequency": FREQUENCY}}
+        motor = device({"rtu": rtu, "timeout": "1500 ms", **settings})
         motor.connect(2.0)
         motor.set("frequency", 20.0)
         assert motor.read(["running", "frequency"]) == {

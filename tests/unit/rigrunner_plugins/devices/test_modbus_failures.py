@@ -1,4 +1,4 @@
-"""Failures of a Modbus instrument: a clear message, and a rig that is safe or said not to be."""
+"""Failures of a Modbus instrument: a clear message, and a rig that is safe or reported unsafe."""
 
 from __future__ import annotations
 
@@ -68,9 +68,9 @@ def server(real_inverter):
 
 @pytest.fixture
 def cable(server):
-    laid = Cable(server.port)
-    yield laid
-    laid.close()
+    cable_ = Cable(server.port)
+    yield cable_
+    cable_.close()
 
 
 def inverter(port, **more):
@@ -80,7 +80,7 @@ def inverter(port, **more):
 
 
 def run_with(motor, break_it):
-    """Run two set-points, and break something as the second begins; return how it ended."""
+    """Run two set-points and break something as the second begins; return summary and reports."""
 
     def at(event):
         if isinstance(event, StepStarted) and event.index == 1:
@@ -92,7 +92,7 @@ def run_with(motor, break_it):
     return summary, listener.of(MadeSafe)
 
 
-def test_a_connection_that_drops_ends_the_run_and_is_opened_anew_to_stop_the_motor(plant, cable):
+def test_dropped_connection_is_reopened_to_stop_the_motor(plant, cable):
     summary, _ = run_with(inverter(cable.port), cable.drop)
     assert summary.outcome is Outcome.ERROR
     assert isinstance(summary.error, DeviceLostError)
@@ -103,12 +103,12 @@ def test_a_connection_that_drops_ends_the_run_and_is_opened_anew_to_stop_the_mot
 
 
 @pytest.mark.in_real_time
-def test_a_pulled_cable_leaves_the_motor_to_its_own_watchdog_and_the_run_says_so(
+def test_pulled_cable_leaves_the_motor_to_its_watchdog_and_the_run_unsafe(
     plant, cable, real_inverter
 ):
-    real_inverter.written(WATCHDOG, [10])  # it stops after 1 s without a word
-    kept = {"holding": HEARTBEAT, "every": "50 ms", "write": [1]}
-    summary, reports = run_with(inverter(cable.port, watchdog=kept), cable.swallow)
+    real_inverter.written(WATCHDOG, [10])  # it stops after 1 s without a request
+    watchdog = {"holding": HEARTBEAT, "every": "50 ms", "write": [1]}
+    summary, reports = run_with(inverter(cable.port, watchdog=watchdog), cable.swallow)
     assert summary.outcome is Outcome.ERROR
     assert "no answer from unit 1" in str(summary.error)
     assert not summary.safe
@@ -119,7 +119,7 @@ def test_a_pulled_cable_leaves_the_motor_to_its_own_watchdog_and_the_run_says_so
 
 
 class Reset:
-    """A client whose connection the other end resets while it is written to."""
+    """A client whose connection is reset by the other end during a write."""
 
     def write_register(self, *_, **__):
         raise ConnectionResetError(104, "Connection reset by peer")
@@ -128,10 +128,10 @@ class Reset:
         pass
 
 
-def test_a_watchdog_whose_connection_was_reset_is_told_with_its_reason():
-    kept = {"holding": HEARTBEAT, "every": "50 ms", "write": [1]}
-    given = {"tcp": {"host": "127.0.0.1", "port": 502}, "drives": {"frequency": FREQUENCY}}
-    settings = ModbusSettings(**given, timeout="400 ms", watchdog=kept)
+def test_watchdog_with_a_reset_connection_is_reported_with_its_reason():
+    watchdog = {"holding": HEARTBEAT, "every": "50 ms", "write": [1]}
+    connection = {"tcp": {"host": "127.0.0.1", "port": 502}, "drives": {"frequency": FREQUENCY}}
+    settings = ModbusSettings(**connection, timeout="400 ms", watchdog=watchdog)
     line = Line(settings)
     line._client = Reset()
     beating = Heartbeat(settings.watchdog, line)
@@ -141,14 +141,14 @@ def test_a_watchdog_whose_connection_was_reset_is_told_with_its_reason():
         line.write(settings.watchdog, [1], multiple=False)
 
 
-def test_a_server_that_is_gone_leaves_a_rig_that_is_said_not_to_be_safe(server):
+def test_stopped_server_leaves_a_rig_reported_unsafe(server):
     summary, reports = run_with(inverter(server.port), server.stop)
     assert isinstance(summary.error, DeviceLostError)
     assert not summary.safe
     assert "cannot be reached: Connection refused" in reports[-1].problems[0]
 
 
-def test_a_set_point_that_is_refused_ends_the_run_with_a_stopped_motor(plant, server):
+def test_refused_set_point_ends_the_run_with_a_stopped_motor(plant, server):
     wrong = {**FREQUENCY, "run": [{"holding": 0, "value": 1}, {"holding": 77, "value": 1}]}
     summary, _ = run_with(inverter(server.port, drives={"frequency": wrong}), lambda: None)
     assert isinstance(summary.error, DeviceRejectedError)
@@ -159,7 +159,7 @@ def test_a_set_point_that_is_refused_ends_the_run_with_a_stopped_motor(plant, se
     assert plant.frequency_hz == 0.0
 
 
-def test_nobody_there():
+def test_unreachable_instrument_is_reported():
     listener = Cable(1)
     port = listener.port
     listener.close()
@@ -171,7 +171,7 @@ def test_nobody_there():
         device({"rtu": {"port": "/dev/ttyNONE"}, "channels": CHANNELS}).connect(1.0)
 
 
-def test_another_instrument_than_expected_never_moves(plant, server):
+def test_unexpected_instrument_never_moves(plant, server):
     expected = {"standard": "yes", "expect": {"model": "FC-51"}}
     rig = Rig({"motor": inverter(server.port, identification=expected)}, WallClock(), Patience())
     with pytest.raises(DeviceNotFoundError, match=r"motor: unit 1 .* has the model 'SIM-VFD'"):
@@ -182,10 +182,10 @@ def test_another_instrument_than_expected_never_moves(plant, server):
 PROBE = "04 00 00 00 01"
 
 
-def connect_and_read(serving, retries=0):
-    with serving as (_, where):
-        given = {**where, "timeout": "1 s", "retries": retries, "channels": CHANNELS}
-        unit = device(given)
+def connect_and_read(peer, retries=0):
+    with peer as (_, connection):
+        settings = {**connection, "timeout": "1 s", "retries": retries, "channels": CHANNELS}
+        unit = device(settings)
         try:
             unit.connect(1.0)
             return unit.read(["torque"])
@@ -197,7 +197,7 @@ FINE = "04 02 00 07"
 
 
 @pytest.mark.parametrize(
-    ("answer", "error", "told"),
+    ("answer", "error", "message"),
     [
         (SILENCE, DeviceTimeoutError, r"read input 0: no answer from unit 1 at .* within 1 s"),
         (HANG_UP, DeviceLostError, "closed the connection or was unplugged"),
@@ -216,14 +216,14 @@ FINE = "04 02 00 07"
         "another function", "too many", "another unit", "a late one", "cut short",
     ],
 )  # fmt: skip
-def test_an_answer_that_is_none_over_tcp(answer, error, told):
+def test_invalid_tcp_answer_is_reported(answer, error, message):
     script = [(mbap(1, 1, PROBE), mbap(1, 1, FINE)), (mbap(2, 1, PROBE), answer)]
-    with pytest.raises(error, match=told):
+    with pytest.raises(error, match=message):
         connect_and_read(tcp_peer(script))
 
 
 @pytest.mark.parametrize(
-    ("answer", "error", "told"),
+    ("answer", "error", "message"),
     [
         (SILENCE, DeviceTimeoutError, "baud, parity and stop_bits correct"),
         (HANG_UP, DeviceLostError, "closed the connection or was unplugged"),
@@ -232,13 +232,13 @@ def test_an_answer_that_is_none_over_tcp(answer, error, told):
     ],
     ids=["silence", "unplugged", "wrong checksum", "another unit"],
 )
-def test_an_answer_that_is_none_over_a_serial_line(answer, error, told):
+def test_invalid_serial_answer_is_reported(answer, error, message):
     script = [(rtu(1, PROBE), rtu(1, FINE)), (rtu(1, PROBE), answer)]
-    with pytest.raises(error, match=told):
+    with pytest.raises(error, match=message):
         connect_and_read(rtu_peer(script))
 
 
-def test_a_request_that_was_lost_is_repeated():
+def test_lost_request_is_repeated():
     script = [
         (rtu(1, PROBE), rtu(1, FINE)),
         (rtu(1, PROBE), SILENCE),
@@ -248,28 +248,28 @@ def test_a_request_that_was_lost_is_repeated():
 
 
 @pytest.mark.parametrize(
-    ("echo", "told"),
+    ("echo", "message"),
     [
         ("06 00 01 03 E9", r"write 1000 to holding 1: .* echo of \[1001"),
         ("06 00 02 03 E8", "write 1000 to holding 1: .* echo of address 2"),
     ],
 )
-def test_an_echo_of_something_else_is_no_confirmation(echo, told):
+def test_different_echo_is_no_confirmation(echo, message):
     probe = "03 00 01 00 01"
     script = [
         (mbap(1, 1, probe), mbap(1, 1, "03 02 00 00")),
         (mbap(2, 1, "06 00 01 03 E8"), mbap(2, 1, echo)),
     ]
     drive = {key: FREQUENCY[key] for key in ("holding", "scale", "unit", "min", "max", "safe")}
-    with tcp_peer(script) as (_, where):
-        unit = device({**where, "timeout": "2 s", "drives": {"frequency": drive}})
+    with tcp_peer(script) as (_, connection):
+        unit = device({**connection, "timeout": "2 s", "drives": {"frequency": drive}})
         unit.connect(1.0)
-        with pytest.raises(DeviceRejectedError, match=told):
+        with pytest.raises(DeviceRejectedError, match=message):
             unit.begin("frequency", 10.0)
         unit.close()
 
 
-def test_a_unit_that_is_busy_is_asked_again():
+def test_busy_unit_is_asked_again():
     script = [
         (mbap(1, 1, PROBE), mbap(1, 1, FINE)),
         (mbap(2, 1, PROBE), mbap(2, 1, "84 06")),
@@ -278,7 +278,7 @@ def test_a_unit_that_is_busy_is_asked_again():
     assert connect_and_read(tcp_peer(script), retries=1) == {"torque": 9.0}
 
 
-def test_a_late_serial_answer_does_not_pass_for_that_of_the_next_request():
+def test_late_serial_answer_is_not_taken_for_that_of_the_next_request():
     other = "04 00 05 00 01"
     fine, late = rtu(1, FINE), rtu(1, "04 02 00 63")
     script = [
@@ -287,8 +287,8 @@ def test_a_late_serial_answer_does_not_pass_for_that_of_the_next_request():
         (rtu(1, other), rtu(1, "04 02 00 09")),
     ]
     channels = {**CHANNELS, "angle": {"input": 5, "unit": "deg"}}
-    with rtu_peer(script) as (_, where):
-        unit = device({**where, "timeout": "1 s", "retries": 0, "channels": channels})
+    with rtu_peer(script) as (_, connection):
+        unit = device({**connection, "timeout": "1 s", "retries": 0, "channels": channels})
         unit.connect(1.0)
         with pytest.raises(DeviceTimeoutError):
             unit.read(["torque"])
@@ -298,16 +298,16 @@ def test_a_late_serial_answer_does_not_pass_for_that_of_the_next_request():
 
 def test_no_request_takes_longer_than_the_station_waits():
     script = [(rtu(1, PROBE), rtu(1, FINE)), *4 * [(rtu(1, PROBE), SILENCE)]]
-    with rtu_peer(script) as (_, where):
-        settings = {**where, "timeout": "500 ms", "retries": 1, "channels": CHANNELS}
+    with rtu_peer(script) as (_, connection):
+        settings = {**connection, "timeout": "500 ms", "retries": 1, "channels": CHANNELS}
         unit = device(settings)
         unit.connect(1.0)
         with pytest.raises(DeviceTimeoutError):
             unit.read(["torque"])
-        began_s = time.monotonic()
+        start_s = time.monotonic()
         with pytest.raises(DeviceTimeoutError):
             unit.read(["torque"])
-        took_s = time.monotonic() - began_s
+        took_s = time.monotonic() - start_s
         unit.close()
         context = DeviceContext("motor", WallClock(), Path(), patience=Patience(answer_s=1.75))
         assert took_s > context.patience.answer_s
@@ -316,7 +316,7 @@ def test_no_request_takes_longer_than_the_station_waits():
 
 
 @pytest.mark.parametrize("bit", [24, 31, 32, 39])
-def test_a_serial_answer_with_a_wrong_bit_is_none(bit):
+def test_serial_answer_with_a_flipped_bit_is_not_accepted(bit):
     answer = bytearray(rtu(1, FINE))
     answer[bit // 8] ^= 1 << bit % 8
     with pytest.raises(DeviceTimeoutError, match="no readable answer"):

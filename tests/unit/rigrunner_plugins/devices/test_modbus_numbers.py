@@ -1,4 +1,4 @@
-"""Numbers in registers, where they stand, and in how few requests they are read."""
+"""Numbers in registers, their addresses, and the requests that read them."""
 
 from __future__ import annotations
 
@@ -29,12 +29,12 @@ KNOWN = [
 
 
 def stored(type_, word_order, byte_order):
-    """Return where a number of that type stands."""
+    """Return the register of a number of that type."""
     return Number(holding=0, type=type_, word_order=word_order, byte_order=byte_order)
 
 
 @pytest.mark.parametrize(("type_", "word_order", "byte_order", "registers", "number"), KNOWN)
-def test_known_numbers(type_, word_order, byte_order, registers, number):
+def test_numbers_of_known_registers(type_, word_order, byte_order, registers, number):
     assert stored(type_, word_order, byte_order).decode(registers) == number
     assert stored(type_, word_order, byte_order).encode(number) == registers
 
@@ -49,7 +49,7 @@ RANGES = {
 
 
 @given(st.sampled_from(sorted(RANGES)), ORDERS, ORDERS, st.data())
-def test_integers_come_back(type_, word_order, byte_order, data):
+def test_integers_survive_encoding(type_, word_order, byte_order, data):
     number = data.draw(st.integers(*RANGES[type_]))
     registers = stored(type_, word_order, byte_order).encode(float(number))
     assert all(0 <= word <= 0xFFFF for word in registers)
@@ -57,14 +57,14 @@ def test_integers_come_back(type_, word_order, byte_order, data):
 
 
 @given(st.floats(allow_nan=False, allow_infinity=False, width=32), ORDERS, ORDERS)
-def test_floats_come_back(number, word_order, byte_order):
+def test_floats_survive_encoding(number, word_order, byte_order):
     for type_ in ("float32", "float64"):
         registers = stored(type_, word_order, byte_order).encode(number)
         assert stored(type_, word_order, byte_order).decode(registers) == number
 
 
 @given(st.sampled_from(sorted(RANGES)), st.floats(allow_nan=True, allow_infinity=True))
-def test_what_does_not_fit_is_refused_and_never_wrapped(type_, number):
+def test_number_out_of_range_is_refused_and_never_wrapped(type_, number):
     low, high = RANGES[type_]
     if low - 0.5 < number < high + 0.5:
         registers = stored(type_, "big", "big").encode(number)
@@ -74,18 +74,18 @@ def test_what_does_not_fit_is_refused_and_never_wrapped(type_, number):
             stored(type_, "big", "big").encode(number)
 
 
-def test_a_float_that_is_too_large_is_refused():
+def test_float_that_is_too_large_is_refused():
     with pytest.raises(ValueError, match="does not fit into float32"):
         stored("float32", "big", "big").encode(1e39)
 
 
-def test_registers_that_hold_no_number_are_refused():
+def test_registers_without_a_finite_number_are_refused():
     with pytest.raises(DeviceRejectedError, match="7fc0 0000, no finite float32"):
         stored("float32", "big", "big").decode([0x7FC0, 0x0000])
 
 
 @pytest.mark.parametrize(
-    ("given_", "table", "address"),
+    ("settings", "table", "address"),
     [
         ({"holding": 2}, Table.HOLDING, 2),
         ({"input": "0x2103"}, Table.INPUT, 8451),
@@ -97,13 +97,13 @@ def test_registers_that_hold_no_number_are_refused():
         ({"coil": 0}, Table.COIL, 0),
     ],
 )
-def test_where_a_number_stands(given_, table, address):
-    place = Place.model_validate(given_)
+def test_table_and_address_of_a_number(settings, table, address):
+    place = Place.model_validate(settings)
     assert (place.table, place.address) == (table, address)
 
 
 @pytest.mark.parametrize(
-    ("given_", "told"),
+    ("settings", "message"),
     [
         ({}, "expected one of holding, input, coil, discrete and reference, got none"),
         ({"holding": 1, "input": 1}, "got holding and input"),
@@ -117,12 +117,12 @@ def test_where_a_number_stands(given_, table, address):
         ({"input": 65535, "type": "int32"}, "2 registers from 65535 end beyond 65535"),
     ],
 )
-def test_places_that_are_none(given_, told):
-    with pytest.raises(ValidationError, match=told):
-        Number.model_validate(given_)
+def test_invalid_places_are_refused(settings, message):
+    with pytest.raises(ValidationError, match=message):
+        Number.model_validate(settings)
 
 
-def test_a_bit_is_counted_from_the_lowest():
+def test_bit_is_counted_from_the_lowest():
     # 0102 hex = 0000 0001 0000 0010: bits 8 and 1
     bits = [Number(input=0, bit=bit).decode([0x0102]) for bit in range(16)]
     assert [bit for bit in range(16) if bits[bit]] == [1, 8]
@@ -133,11 +133,11 @@ def numbers(*places):
     return [Number.model_validate(place) for place in places]
 
 
-def test_neighbours_are_read_together_and_no_others():
-    wanted = numbers(
+def test_only_neighbours_are_read_together():
+    places_ = numbers(
         {"input": 4}, {"input": 0, "type": "float32"}, {"input": 2}, {"holding": 3}, {"coil": 9}
     )
-    assert spans(wanted, together=True) == [
+    assert spans(places_, together=True) == [
         Span(Table.COIL, 9, 1),
         Span(Table.HOLDING, 3, 1),
         Span(Table.INPUT, 0, 3),
@@ -145,28 +145,28 @@ def test_neighbours_are_read_together_and_no_others():
     ]
 
 
-def test_each_unit_is_asked_for_its_own():
-    wanted = numbers({"input": 0}, {"input": 1, "unit_id": 2}, {"input": 1}, {"input": 2})
-    assert spans(wanted, together=True) == [
+def test_each_unit_has_its_own_requests():
+    places_ = numbers({"input": 0}, {"input": 1, "unit_id": 2}, {"input": 1}, {"input": 2})
+    assert spans(places_, together=True) == [
         Span(Table.INPUT, 0, 3),
         Span(Table.INPUT, 1, 1, unit_id=2),
     ]
 
 
-def test_a_number_within_a_longer_one_is_read_with_it():
-    wanted = numbers({"input": 0, "type": "float64"}, {"input": 1}, {"input": 4})
-    assert spans(wanted, together=True) == [Span(Table.INPUT, 0, 5)]
+def test_number_within_a_longer_one_is_read_with_it():
+    places_ = numbers({"input": 0, "type": "float64"}, {"input": 1}, {"input": 4})
+    assert spans(places_, together=True) == [Span(Table.INPUT, 0, 5)]
 
 
 @pytest.mark.parametrize(("table", "most"), [("input", 125), ("coil", 2000)])
-def test_more_than_a_request_may_ask_for_is_asked_for_in_two(table, most):
-    wanted = numbers(*({table: address} for address in range(most + 1)))
-    assert [each.count for each in spans(wanted, together=True)] == [most, 1]
+def test_more_registers_than_a_request_allows_take_two(table, most):
+    places_ = numbers(*({table: address} for address in range(most + 1)))
+    assert [span.count for span in spans(places_, together=True)] == [most, 1]
 
 
-def test_each_alone_where_the_unit_wants_it_so():
-    wanted = numbers({"input": 0, "bit": 1}, {"input": 0, "bit": 2}, {"input": 1})
-    assert spans(wanted, together=False) == [Span(Table.INPUT, 0, 1), Span(Table.INPUT, 1, 1)]
+def test_numbers_are_read_one_by_one_if_the_unit_requires_it():
+    places_ = numbers({"input": 0, "bit": 1}, {"input": 0, "bit": 2}, {"input": 1})
+    assert spans(places_, together=False) == [Span(Table.INPUT, 0, 1), Span(Table.INPUT, 1, 1)]
 
 
 PLACES = st.builds(
@@ -178,14 +178,16 @@ PLACES = st.builds(
 
 
 @given(st.lists(PLACES, min_size=1, max_size=40), st.booleans())
-def test_each_number_lies_wholly_in_one_request_that_is_not_too_long(places, together):
-    wanted = numbers(*places)
-    asked = spans(wanted, together=together)
-    assert all(any(each.holds(number) for each in asked) for number in wanted)
-    assert all(each.count <= 125 for each in asked)
-    read = {(each.table, address) for each in asked for address in _addresses(each)}
-    assert read == {(each.table, address) for each in wanted for address in _addresses(each)}
+def test_each_number_is_in_one_request_of_permitted_length(places, together):
+    numbers_ = numbers(*places)
+    requests = spans(numbers_, together=together)
+    assert all(any(span.holds(number) for span in requests) for number in numbers_)
+    assert all(span.count <= 125 for span in requests)
+    read_addresses = {(span.table, address) for span in requests for address in _addresses(span)}
+    assert read_addresses == {
+        (number.table, address) for number in numbers_ for address in _addresses(number)
+    }
 
 
-def _addresses(each):
-    return range(each.address, each.address + each.count)
+def _addresses(span):
+    return range(span.address, span.address + span.count)

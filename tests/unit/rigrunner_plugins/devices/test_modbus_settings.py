@@ -1,4 +1,4 @@
-"""What a station may say of an instrument that talks Modbus."""
+"""Settings of a Modbus instrument in a station."""
 
 from __future__ import annotations
 
@@ -22,15 +22,15 @@ def drive(**changes):
     return settings(drives={"frequency": {**FREQUENCY, **changes}})
 
 
-def test_the_defaults_are_those_of_the_standards():
-    made = ModbusSettings.model_validate({"rtu": {"port": "COM3"}, "channels": CHANNEL})
-    assert made.rtu is not None
-    assert (made.rtu.baud, made.rtu.parity, made.rtu.stop_bits) == (19200, "even", 1)
+def test_defaults_are_those_of_the_standards():
+    settings_ = ModbusSettings.model_validate({"rtu": {"port": "COM3"}, "channels": CHANNEL})
+    assert settings_.rtu is not None
+    assert (settings_.rtu.baud, settings_.rtu.parity, settings_.rtu.stop_bits) == (19200, "even", 1)
     assert ModbusSettings.model_validate(settings()).tcp.port == 502
 
 
 @pytest.mark.parametrize(
-    ("given", "told"),
+    ("settings_", "message"),
     [
         ({"channels": CHANNEL}, "expected one of tcp, rtu and simulator"),
         (settings(rtu={"port": "COM3"}), "expected one of tcp, rtu and simulator"),
@@ -65,14 +65,14 @@ def test_the_defaults_are_those_of_the_standards():
         (drive(run=[{"holding": 0, "value": "0xG"}]), "valid integer"),
     ],
 )
-def test_what_cannot_be_is_told(given, told):
-    with pytest.raises(ValidationError, match=told):
-        ModbusSettings.model_validate(given)
+def test_contradictory_settings_are_refused(settings_, message):
+    with pytest.raises(ValidationError, match=message):
+        ModbusSettings.model_validate(settings_)
 
 
-def test_a_word_may_be_hexadecimal():
-    made = ModbusSettings.model_validate(drive(run=[{"holding": 0, "value": "0x047F"}]))
-    assert made.drives["frequency"].run[0].value == 0x047F
+def test_word_may_be_hexadecimal():
+    settings = ModbusSettings.model_validate(drive(run=[{"holding": 0, "value": "0x047F"}]))
+    assert settings.drives["frequency"].run[0].value == 0x047F
 
 
 def test_channels_and_drives_are_known_without_an_instrument():
@@ -83,16 +83,16 @@ def test_channels_and_drives_are_known_without_an_instrument():
 
 
 @pytest.mark.parametrize(("parity", "letter"), [("even", "E"), ("odd", "O"), ("none", "N")])
-def test_a_serial_line_is_opened_as_said(parity, letter):
-    with rtu_peer([]) as (_, where):
-        given = {"rtu": {**where["rtu"], "parity": parity, "baud": 9600, "stop_bits": 2}}
-        made = ModbusSettings.model_validate({**given, "channels": CHANNEL})
-        client = open_client(made, 1.0, lambda _, data: data)
+def test_serial_line_is_opened_with_its_settings(parity, letter):
+    with rtu_peer([]) as (_, connection):
+        settings = {"rtu": {**connection["rtu"], "parity": parity, "baud": 9600, "stop_bits": 2}}
+        model = ModbusSettings.model_validate({**settings, "channels": CHANNEL})
+        client = open_client(model, 1.0, lambda _, data: data)
         port = client.socket
         assert (port.parity, port.baudrate, port.stopbits) == (letter, 9600, 2)
         client.close()
 
 
-def test_every_setting_is_explained():
+def test_unknown_settings_are_forbidden():
     schema = load_registry().settings_of("device", "modbus").model_json_schema()
     assert schema["additionalProperties"] is False

@@ -1,4 +1,4 @@
-"""OPC UA nodes against asyncua's own server: read, driven, compared, and what goes wrong."""
+"""OPC UA nodes against asyncua's own server: reading, driving, comparing, and failures."""
 
 from __future__ import annotations
 
@@ -41,14 +41,19 @@ TORQUE = {"node": "ns=2;s=Torque", "unit": "N·m"}
 
 @pytest.fixture(scope="module")
 def bench(tmp_path_factory):
-    serving = Bench(tmp_path_factory.mktemp("opcua")).start()
-    yield serving
-    serving.stop()
+    bench_ = Bench(tmp_path_factory.mktemp("opcua")).start()
+    yield bench_
+    bench_.stop()
 
 
 def settings(bench, **more):
-    given = {"endpoint": bench.endpoint, "timeout": "1 s", "channels": {"torque": TORQUE}, **more}
-    return {key: value for key, value in given.items() if value is not None}
+    settings = {
+        "endpoint": bench.endpoint,
+        "timeout": "1 s",
+        "channels": {"torque": TORQUE},
+        **more,
+    }
+    return {key: value for key, value in settings.items() if value is not None}
 
 
 @contextmanager
@@ -63,11 +68,11 @@ def connected(bench, **more):
 
 def refused(bench, **more):
     with (
-        pytest.raises((DeviceRejectedError, DeviceNotFoundError)) as caught,
+        pytest.raises((DeviceRejectedError, DeviceNotFoundError)) as raised,
         connected(bench, **more),
     ):
         pass
-    return str(caught.value)
+    return str(raised.value)
 
 
 def test_nodes_are_read_in_their_units(bench):
@@ -86,7 +91,7 @@ def test_nodes_are_read_in_their_units(bench):
         }
 
 
-def test_a_drive_is_set_and_stopped(bench):
+def test_drive_is_set_and_stopped(bench):
     with connected(bench, drives={"frequency": DRIVE}) as plc:
         plc.set("frequency", 12.5)
         assert (bench.value("Set"), bench.value("Enable")) == (12.5, True)
@@ -95,7 +100,7 @@ def test_a_drive_is_set_and_stopped(bench):
         assert (bench.value("Set"), bench.value("Enable")) == (0.0, False)
 
 
-def test_where_a_drive_stands_is_what_is_measured(bench):
+def test_read_back_is_the_measured_value(bench):
     with connected(bench, drives={"frequency": {**DRIVE, "run": []}}) as plc:
         plc.begin("frequency", 12.5)
         assert bench.value("Set") == 12.5
@@ -104,7 +109,7 @@ def test_where_a_drive_stands_is_what_is_measured(bench):
         plc.make_safe()
 
 
-def test_a_write_that_the_server_refuses(bench):
+def test_refused_write_is_reported_and_made_safe(bench):
     with connected(bench, drives={"frequency": DRIVE}) as plc:
         bench.allow("Set", writing=False)
         try:
@@ -115,18 +120,18 @@ def test_a_write_that_the_server_refuses(bench):
         assert plc.make_safe() == {"frequency": 0.0}
 
 
-def test_it_says_who_it_is(bench):
+def test_identity_is_read_and_compared(bench):
     identification = {"serial": "ns=2;s=Label", "expect": {"serial": "bench 7"}}
     unit = device(settings(bench, identification=identification), bench.folder)
     identity = unit.connect(5.0)
     unit.close()
     assert (identity.maker, identity.serial) == ("FreeOpcUa", "bench 7")
-    told = refused(bench, identification={**identification, "expect": {"serial": "bench 8"}})
-    assert "has the serial 'bench 7', expected 'bench 8'" in told
+    message = refused(bench, identification={**identification, "expect": {"serial": "bench 8"}})
+    assert "has the serial 'bench 7', expected 'bench 8'" in message
 
 
 @pytest.mark.parametrize("mode", ["sign", "sign_and_encrypt"])
-def test_a_signed_channel_and_a_user(bench, mode):
+def test_signed_channel_and_user_are_accepted(bench, mode):
     (bench.folder / "password").write_text(f"{PASSWORD}\n", encoding="utf-8")
     security = {
         "mode": mode,
@@ -138,37 +143,37 @@ def test_a_signed_channel_and_a_user(bench, mode):
     with connected(bench, security=security, user=user) as plc:
         assert plc.read(["torque"]) == {"torque": 1.25}
         client = plc._session._client
-        assert client.application_uri == APPLICATION  # as our certificate has it
+        assert client.application_uri == APPLICATION  # as in the client's certificate
         assert client.security_policy.Mode.name.lower() == mode.replace("_and_", "and")
 
 
-def test_who_may_not_log_in_is_told_so(bench):
+def test_user_who_may_not_log_in_is_reported(bench):
     (bench.folder / "wrong").write_text("guess", encoding="utf-8")
-    told = refused(bench, user={"name": "lab", "password_file": "wrong"})
-    assert "refuses the connection: BadUserAccessDenied" in told or "BadIdentityToken" in told
-    told = refused(bench, user={"name": "lab", "password_file": "nowhere"})
-    assert "nowhere cannot be read" in told
+    message = refused(bench, user={"name": "lab", "password_file": "wrong"})
+    assert "refuses the connection: BadUserAccessDenied" in message or "BadIdentityToken" in message
+    message = refused(bench, user={"name": "lab", "password_file": "nowhere"})
+    assert "nowhere cannot be read" in message
 
 
 @pytest.mark.parametrize("name", ["/etc/hostname", "../secret"])
-def test_no_file_from_elsewhere_is_handed_to_a_server(bench, name):
-    told = refused(bench, user={"name": "lab", "password_file": name})
-    assert f"{name} is outside the station's folder" in told
+def test_password_file_outside_the_folder_is_not_sent(bench, name):
+    message = refused(bench, user={"name": "lab", "password_file": name})
+    assert f"{name} is outside the station's folder" in message
     security = {"certificate": name, "private_key": name, "server_certificate": name}
     assert "is outside the station's folder" in refused(bench, security=security)
 
 
-def test_certificates_that_are_none(bench):
+def test_invalid_certificates_are_reported(bench):
     files = {"certificate": "client.der", "private_key": "client.pem"}
-    told = refused(bench, security={**files, "server_certificate": "nowhere.der"})
-    assert "nowhere.der cannot be read: No such file" in told
+    message = refused(bench, security={**files, "server_certificate": "nowhere.der"})
+    assert "nowhere.der cannot be read: No such file" in message
     (bench.folder / "text.der").write_text("text", encoding="utf-8")
-    told = refused(bench, security={**files, "server_certificate": "text.der"})
-    assert "the certificates of `security` cannot be used" in told
+    message = refused(bench, security={**files, "server_certificate": "text.der"})
+    assert "the certificates of `security` cannot be used" in message
 
 
 @pytest.mark.parametrize(
-    ("more", "told"),
+    ("more", "message"),
     [
         ({"channels": {"torque": {**TORQUE, "unit": "N"}}}, "is in N·m, as its EngineeringUnits"),
         ({"channels": {"torque": {**TORQUE, "unit": "mN·m"}}}, "the station says mN·m"),
@@ -184,18 +189,18 @@ def test_certificates_that_are_none(bench):
         ),
     ],
 )
-def test_what_does_not_agree_with_the_station_is_refused_before_anything_moves(bench, more, told):
-    assert told in refused(bench, **more)
+def test_mismatch_with_the_station_is_refused_before_anything_moves(bench, more, message):
+    assert message in refused(bench, **more)
     assert bench.value("Enable") is False
 
 
-def test_a_unit_of_the_server_may_be_passed_over(bench):
+def test_check_of_units_can_be_turned_off(bench):
     other = {"torque": {**TORQUE, "unit": "N"}}
     with connected(bench, channels=other, check_units="no") as plc:
         assert plc.read(["torque"]) == {"torque": 1.25}
 
 
-def test_a_bad_value_is_none(bench):
+def test_value_with_bad_status_is_refused(bench):
     with connected(bench) as plc:
         for code, name in (
             (ua.StatusCodes.BadSensorFailure, "BadSensorFailure"),
@@ -208,35 +213,35 @@ def test_a_bad_value_is_none(bench):
         assert plc.read(["torque"]) == {"torque": 1.25}
 
 
-def test_an_old_value_is_none(bench):
+def test_stale_value_is_refused(bench):
     fresh = {"torque": {**TORQUE, "stale": "5 s"}}
     with connected(bench, channels=fresh) as plc:
         bench.put("Torque", 1.25, ua.VariantType.Double, age_s=4.0)
         assert plc.read(["torque"]) == {"torque": 1.25}
-        for age_s, told in ((6.0, r"6[.\d]*"), (-6.0, r"-(6|5\.\d+)")):  # the clocks do not agree
+        for age_s, age in ((6.0, r"6[.\d]*"), (-6.0, r"-(6|5\.\d+)")):  # the clocks do not agree
             bench.put("Torque", 1.25, ua.VariantType.Double, age_s=age_s)
-            with pytest.raises(DeviceRejectedError, match=rf"is {told} s old, more than 5"):
+            with pytest.raises(DeviceRejectedError, match=rf"is {age} s old, more than 5"):
                 plc.read(["torque"])
     bench.put("Torque", 1.25, ua.VariantType.Double)
 
 
-def test_arrays_and_nothing_are_no_numbers(bench):
-    many = {"many": {"node": "ns=2;s=Many", "unit": "1"}}
+def test_array_is_not_accepted_as_a_number(bench):
+    channels = {"many": {"node": "ns=2;s=Many", "unit": "1"}}
     with (
-        connected(bench, channels=many) as plc,
+        connected(bench, channels=channels) as plc,
         pytest.raises(DeviceRejectedError, match="s=Many holds an array"),
     ):
         plc.read(["many"])
 
 
-def test_without_its_package_it_says_how_to_get_it(bench, monkeypatch):
+def test_missing_package_names_the_extra(bench, monkeypatch):
     monkeypatch.setitem(sys.modules, "asyncua", None)
     monkeypatch.delitem(sys.modules, "rigrunner_plugins.devices.opcua.session", raising=False)
     with pytest.raises(MissingPackageError, match=r"'asyncua' is not installed.*rigrunner\[opcua"):
         device(settings(bench)).connect(1.0)
 
 
-def test_nobody_there(bench):
+def test_unreachable_server_is_reported(bench):
     unit = device(settings(bench, endpoint="opc.tcp://127.0.0.1:1"))
     with pytest.raises(
         DeviceNotFoundError, match=r"opc.tcp://127.0.0.1:1 cannot be reached: Connection refused"
@@ -244,24 +249,24 @@ def test_nobody_there(bench):
         unit.connect(2.0)
 
 
-def test_a_server_that_does_not_answer(bench):
+def test_server_that_does_not_answer_times_out(bench):
     cable = Cable(bench.port)
     cable.swallow()
-    before = threading.active_count()
-    began = time.monotonic()
+    threads = threading.active_count()
+    start_s = time.monotonic()
     unit = device(settings(bench, endpoint=f"opc.tcp://127.0.0.1:{cable.port}", timeout="300 ms"))
     with pytest.raises(DeviceTimeoutError, match="does not answer within"):
         unit.connect(60.0)
-    assert time.monotonic() - began < 30.0
+    assert time.monotonic() - start_s < 30.0
     cable.close()
     until_s = time.monotonic() + 5.0
-    while threading.active_count() > before and time.monotonic() < until_s:
+    while threading.active_count() > threads and time.monotonic() < until_s:
         time.sleep(0.02)
-    assert threading.active_count() <= before
+    assert threading.active_count() <= threads
 
 
-def test_all_requests_of_a_call_share_the_time_limit_of_an_answer(bench, monkeypatch):
-    """The station's limit of a call is above this one: else it would give up the device first."""
+def test_requests_of_a_call_share_the_time_limit_of_an_answer(bench, monkeypatch):
+    """The station's limit of a call is longer: otherwise it would give up the device first."""
     by_uri = {"torque": {**TORQUE, "node": "nsu=urn:rigrunner:test;s=Torque"}}
     with connected(bench, timeout="1500 ms", channels=by_uri) as plc:
 
@@ -283,9 +288,9 @@ MAIN = (SetDrive("tester", "frequency", 10.0, "Hz"), SetDrive("tester", "frequen
 
 @pytest.fixture
 def cable(bench):
-    laid = Cable(bench.port)
-    yield laid
-    laid.close()
+    cable_ = Cable(bench.port)
+    yield cable_
+    cable_.close()
 
 
 def run_with(bench, cable, break_it):
@@ -301,7 +306,7 @@ def run_with(bench, cable, break_it):
     return summary
 
 
-def test_a_connection_that_drops_is_opened_anew_to_stop_the_motor(bench, cable):
+def test_dropped_connection_is_reopened_to_stop_the_motor(bench, cable):
     summary = run_with(bench, cable, cable.drop)
     assert summary.outcome is Outcome.ERROR
     assert isinstance(summary.error, DeviceLostError)
@@ -311,7 +316,7 @@ def test_a_connection_that_drops_is_opened_anew_to_stop_the_motor(bench, cable):
 
 
 @pytest.mark.in_real_time
-def test_a_pulled_cable_is_said_to_leave_an_unsafe_rig(bench, cable):
+def test_pulled_cable_leaves_a_rig_reported_unsafe(bench, cable):
     summary = run_with(bench, cable, cable.swallow)
     assert summary.outcome is Outcome.ERROR
     assert isinstance(summary.error, DeviceTimeoutError)
@@ -322,22 +327,24 @@ def test_a_pulled_cable_is_said_to_leave_an_unsafe_rig(bench, cable):
 
 
 @pytest.fixture
-def tried(bench):
-    given = settings(bench, drives={"frequency": DRIVE}, identification={"serial": "ns=2;s=Label"})
-    return subject("device", "opcua", given, registry=load_registry(), folder=bench.folder)
+def opcua_subject(bench):
+    settings_ = settings(
+        bench, drives={"frequency": DRIVE}, identification={"serial": "ns=2;s=Label"}
+    )
+    return subject("device", "opcua", settings_, registry=load_registry(), folder=bench.folder)
 
 
 @pytest.mark.parametrize("check", applicable("device", "opcua"), ids=str)
-def test_it_conforms(tried, check):
-    assert_it_conforms(tried, check)
+def test_opcua_device_conforms(opcua_subject, check):
+    assert_it_conforms(opcua_subject, check)
 
 
-def test_what_does_not_apply_says_why(tried):
-    assert_not_applicable(tried)
+def test_checks_that_do_not_apply_say_why(opcua_subject):
+    assert_not_applicable(opcua_subject)
 
 
 @pytest.mark.parametrize(
-    ("changes", "told"),
+    ("changes", "message"),
     [
         ({"endpoint": "http://127.0.0.1"}, "is not an endpoint; expected such as opc.tcp"),
         ({"endpoint": "opc.tcp://lab:pw@127.0.0.1"}, "without user and password"),
@@ -355,16 +362,16 @@ def test_what_does_not_apply_says_why(tried):
         ),
     ],
 )
-def test_settings_that_cannot_be(changes, told):
-    given = {"endpoint": "opc.tcp://plc:4840", "channels": {"torque": TORQUE}, **changes}
-    with pytest.raises(ValidationError, match=told):
-        OpcUaSettings.model_validate(given)
+def test_contradictory_settings_are_refused(changes, message):
+    settings = {"endpoint": "opc.tcp://plc:4840", "channels": {"torque": TORQUE}, **changes}
+    with pytest.raises(ValidationError, match=message):
+        OpcUaSettings.model_validate(settings)
 
 
 @pytest.mark.parametrize(
     ("code", "number", "symbol"),
     [
-        # as the OPC Foundation's table UNECE_to_OPCUA.csv has them
+        # from the OPC Foundation's table UNECE_to_OPCUA.csv
         ("CEL", 4408652, "°C"),
         ("HTZ", 4740186, "Hz"),
         ("NU", 20053, "N·m"),
@@ -382,7 +389,7 @@ def test_units_by_their_text():
     assert symbol_of(None, 0, "counts") == symbol_of(None, 0, None) == ""
 
 
-def test_every_type_has_its_bounds():
+def test_every_type_refuses_values_out_of_range():
     limits = {"Byte": (0, 255), "SByte": (-128, 127), "Int64": (-(2**63), 2**63 - 1)}
     for type_, (low, high) in limits.items():
         assert (encode(low, type_), encode(low + 0.4, type_)) == (low, low)

@@ -1,4 +1,4 @@
-"""The thread that runs an asynchronous library for callers that wait."""
+"""The thread that runs an asynchronous library for synchronous callers."""
 
 from __future__ import annotations
 
@@ -15,9 +15,9 @@ FOREVER_S = 3600.0
 
 @pytest.fixture
 def loop():
-    running = LoopThread("test")
-    yield running
-    running.stop()
+    thread = LoopThread("test")
+    yield thread
+    thread.stop()
 
 
 async def answer():
@@ -25,7 +25,7 @@ async def answer():
     return 42
 
 
-def test_it_returns_what_comes_and_raises_what_is_raised(loop):
+def test_do_returns_the_result_or_raises_the_error(loop):
     async def fail():
         await asyncio.sleep(0)
         raise ZeroDivisionError
@@ -35,24 +35,24 @@ def test_it_returns_what_comes_and_raises_what_is_raised(loop):
         loop.do(fail(), 5.0)
 
 
-def test_it_waits_no_longer_than_it_may(loop):
+def test_do_stops_waiting_at_its_timeout(loop):
     with pytest.raises(TimeoutError):
         loop.do(asyncio.sleep(FOREVER_S), 0.05)
     assert loop.do(answer(), 5.0) == 42
 
 
-def test_whoever_waits_is_let_go_when_it_is_stopped(loop):
+def test_waiting_callers_are_released_on_stop(loop):
     threading.Timer(0.1, loop.stop).start()
     with pytest.raises(ConnectionError, match="abandoned"):
         loop.do(asyncio.sleep(FOREVER_S), FOREVER_S)
 
 
-def test_nothing_is_left_of_it(loop):
-    before = threading.active_count()
-    began_s = time.monotonic()
+def test_stop_ends_thread_and_tasks(loop):
+    threads = threading.active_count()
+    start_s = time.monotonic()
     task = asyncio.run_coroutine_threadsafe(asyncio.sleep(FOREVER_S), loop._loop)
     loop.stop()
     loop.stop()
     assert task.cancelled()
-    assert time.monotonic() - began_s < 10.0
-    assert threading.active_count() <= before - 1
+    assert time.monotonic() - start_s < 10.0
+    assert threading.active_count() <= threads - 1

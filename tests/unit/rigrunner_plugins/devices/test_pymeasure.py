@@ -15,7 +15,7 @@ from rigrunner.api.errors import (
     PluginError,
 )
 from rigrunner.rig import Rig
-from rigrunner_plugins.devices.pymeasure.binding import instrument_class, unit_told
+from rigrunner_plugins.devices.pymeasure.binding import instrument_class, unit_in_description
 from unit.rigrunner_plugins.devices.helpers_instruments import REGISTRY, instrument, merged
 from unit.rigrunner_plugins.devices.helpers_peers import HANG_UP, SILENCE, Lines, SocketPeer, peer
 
@@ -58,12 +58,13 @@ def simulated(settings, **changes):
     return instrument("pymeasure", merged({**settings, **SIMULATED}, **changes), folder=HERE)
 
 
-def test_its_abilities():
-    assert all(isinstance(simulated(KEITHLEY), each) for each in (Device, Readable, Approaching))
+def test_device_has_its_abilities():
+    device = simulated(KEITHLEY)
+    assert all(isinstance(device, ability) for ability in (Device, Readable, Approaching))
 
 
 class TestFourMakers:
-    def test_a_multimeter_of_keithley(self):
+    def test_keithley_multimeter_reads_torque(self):
         device = simulated(KEITHLEY)
         assert device.connect(2.0) == Identity(
             "KEITHLEY INSTRUMENTS INC.", "MODEL 2000", "0612345", "A02", simulated=True
@@ -71,7 +72,7 @@ class TestFourMakers:
         assert device.read(["torque"]) == {"torque": pytest.approx(7.5)}  # 1.5 mV * 5 N·m/mV
         device.close()
 
-    def test_a_generator_of_agilent(self):
+    def test_agilent_generator_is_set_and_read_back(self):
         device = simulated(AGILENT)
         assert device.connect(2.0) == Identity("agilent", "Agilent33220A", "", simulated=True)
         device.set("frequency", 12.5)
@@ -81,22 +82,22 @@ class TestFourMakers:
         assert device.make_safe() == {"frequency": 1.0}
         device.close()
 
-    def test_an_amplifier_of_stanford(self):
+    def test_stanford_amplifier_is_set_and_read(self):
         device = simulated(STANFORD)
         device.connect(2.0)
         device.set("reference", 35.0)
         assert device.read(["signal"]) == {"signal": pytest.approx(0.0125)}
         device.close()
 
-    def test_a_thermometer_of_lake_shore(self):
+    def test_lake_shore_thermometer_reads_kelvin(self):
         device = simulated(LAKESHORE)
         device.connect(2.0)
         assert device.read(["bearing"]) == {"bearing": pytest.approx(296.65)}
         device.close()
 
 
-class TestWhatASocketSays:
-    """PyMeasure over pyvisa-py, to a peer that breaks off."""
+class TestSocket:
+    """PyMeasure over pyvisa-py, to a peer that hangs up."""
 
     @pytest.fixture
     def answers(self):
@@ -107,30 +108,32 @@ class TestWhatASocketSays:
 
     @pytest.fixture
     def bench(self, answers):
-        with peer(SocketPeer, Lines(lambda line: answers.get(line, SILENCE))) as made:
-            yield made
+        with peer(SocketPeer, Lines(lambda line: answers.get(line, SILENCE))) as server:
+            yield server
 
     @pytest.fixture
     def device(self, bench):
-        made = instrument("pymeasure", merged(KEITHLEY, resource=bench.resource, timeout="1500 ms"))
-        yield made
-        made.close()
+        device = instrument(
+            "pymeasure", merged(KEITHLEY, resource=bench.resource, timeout="1500 ms")
+        )
+        yield device
+        device.close()
 
-    def test_it_works(self, device):
+    def test_device_connects_and_reads(self, device):
         assert device.connect(2.0).model == "MODEL 2000"
         assert device.read(["torque"]) == {"torque": pytest.approx(7.5)}
 
-    def test_another_instrument(self, device, answers):
+    def test_another_instrument_is_refused(self, device, answers):
         answers["*IDN?"] = b"OTHER,PSU,1,2\n"
         with pytest.raises(DeviceNotFoundError, match=r"'OTHER,PSU,1,2'.*does not fit 'KEITHLEY"):
             device.connect(2.0)
 
-    def test_nobody(self, device, bench):
+    def test_unreachable_instrument_is_reported(self, device, bench):
         bench.close()
         with pytest.raises(DeviceNotFoundError, match="no answer from"):
             device.connect(2.0)
 
-    def test_silence(self, device, answers):
+    def test_silent_instrument_times_out_and_recovers(self, device, answers):
         device.connect(2.0)
         answers[":READ?"] = SILENCE
         with pytest.raises(DeviceTimeoutError, match=r"no answer to 'get voltage' within 1\.5 s"):
@@ -138,7 +141,7 @@ class TestWhatASocketSays:
         answers[":READ?"] = b"+2.0E-03\n"
         assert device.read(["torque"]) == {"torque": pytest.approx(10.0)}
 
-    def test_it_is_set_up_again_after_that(self, bench, answers):
+    def test_setup_is_repeated_after_a_lost_connection(self, bench, answers):
         settings = merged(KEITHLEY, resource=bench.resource, timeout="1500 ms")
         device = instrument("pymeasure", merged(settings, setup={"voltage_nplc": 1}))
         device.connect(2.0)
@@ -150,7 +153,7 @@ class TestWhatASocketSays:
         assert bench._talk.heard[-3:] == ["*IDN?", ":SENS:VOLT:NPLC 1", ":READ?"]
         device.close()
 
-    def test_a_cut_connection(self, device, answers, bench):
+    def test_lost_connection_is_reported(self, device, answers, bench):
         device.connect(2.0)
         answers[":READ?"] = HANG_UP
         with pytest.raises(
@@ -162,20 +165,20 @@ class TestWhatASocketSays:
             device.read(["torque"])
 
     @pytest.mark.parametrize(
-        ("answer", "told"),
+        ("answer", "message"),
         [
             (b"OVERFLOW\n", "the property voltage gives 'OVERFLOW', which is not a number"),
             (b"+9.90000000E+37\n", r"gives 9\.9e\+37: overload"),
             (b"1,2,3\n", "gives 3 values.*`item`"),
         ],
     )
-    def test_no_number(self, device, answers, answer, told):
+    def test_answer_that_is_not_a_number_is_refused(self, device, answers, answer, message):
         device.connect(2.0)
         answers[":READ?"] = answer
-        with pytest.raises(DeviceRejectedError, match=told):
+        with pytest.raises(DeviceRejectedError, match=message):
             device.read(["torque"])
 
-    def test_one_of_several_numbers(self, bench, answers):
+    def test_item_of_several_numbers_is_read(self, bench, answers):
         answers[":READ?"] = b"1,2,3\n"
         channel = {"property": "voltage", "unit": "V", "item": 2}
         settings = merged(KEITHLEY, resource=bench.resource, channels={"u": channel})
@@ -184,7 +187,7 @@ class TestWhatASocketSays:
         assert device.read(["u"]) == {"u": 2.0}
         device.close()
 
-    def test_setup_and_calls(self, bench):
+    def test_setup_and_calls_are_sent_on_connect(self, bench):
         settings = merged(
             KEITHLEY,
             resource=bench.resource,
@@ -204,8 +207,8 @@ class TestWhatASocketSays:
         device.close()
 
 
-def test_a_set_point_that_pymeasure_would_quietly_cut_off_is_noticed():
-    """SR830's class limits its frequency to 102 kHz without a word; the read-back tells."""
+def test_set_point_silently_clipped_by_pymeasure_is_detected():
+    """SR830's class silently limits its frequency to 102 kHz; the read-back shows it."""
     wide = {**FREQUENCY, "max": "200 kHz", "tolerance": "1 Hz", "settle": "100 ms"}
     device = simulated(STANFORD, drives={"reference": wide})
     device.connect(2.0)
@@ -214,13 +217,13 @@ def test_a_set_point_that_pymeasure_would_quietly_cut_off_is_noticed():
     device.close()
 
 
-def test_a_value_that_a_validator_refuses():
+def test_value_that_a_validator_refuses_is_reported():
     device = simulated(KEITHLEY, setup={"voltage_nplc": 1, "mode": "torque"})
     with pytest.raises(DeviceRejectedError, match=r"PyMeasure failed to set mode torque: \w+Error"):
         device.connect(2.0)
 
 
-def test_errors_of_the_instrument_are_told():
+def test_instrument_errors_are_reported():
     errors = ['-222,"Data out of range"', '+0,"No error"']
 
     def answer(line):
@@ -237,28 +240,28 @@ def test_errors_of_the_instrument_are_told():
 
 
 class TestInARig:
-    """A connection that breaks ends with a generator that stands at its safe value, or is told."""
+    """After a lost connection the generator is at its safe value, or is reported unsafe."""
 
     @pytest.fixture
     def generator(self):
-        stands = {"FREQ": "50", "heard": 0}
+        state = {"FREQ": "50", "heard": 0}
 
         def answer(line):
-            stands["heard"] += 1
-            if stands["heard"] == stands.get("hangs up at"):
+            state["heard"] += 1
+            if state["heard"] == state.get("hangs up at"):
                 return HANG_UP
             if line.startswith("FREQ "):
-                stands["FREQ"] = line.split()[1]
+                state["FREQ"] = line.split()[1]
                 return SILENCE
-            known = {"FREQ?": stands["FREQ"], "SYST:ERR?": '+0,"No error"'}
-            return f"{known[line]}\n".encode() if line in known else SILENCE
+            answers = {"FREQ?": state["FREQ"], "SYST:ERR?": '+0,"No error"'}
+            return f"{answers[line]}\n".encode() if line in answers else SILENCE
 
-        return stands, Lines(answer)
+        return state, Lines(answer)
 
     @pytest.fixture
     def bench(self, generator):
-        with peer(SocketPeer, generator[1]) as made:
-            yield made
+        with peer(SocketPeer, generator[1]) as server:
+            yield server
 
     @pytest.fixture
     def rig(self, bench):
@@ -269,17 +272,17 @@ class TestInARig:
         yield rig
         rig.close()
 
-    def test_it_is_made_safe(self, rig, generator):
-        stands, _ = generator
+    def test_generator_is_made_safe_after_a_lost_connection(self, rig, generator):
+        state, _ = generator
         assert rig.set("generator", "frequency", 12.5) == 12.5
-        stands["hangs up at"] = stands["heard"] + 2  # at the question for errors
+        state["hangs up at"] = state["heard"] + 2  # at the query for errors
         with pytest.raises(DeviceLostError, match=r"^generator: .*check errors"):
             rig.set("generator", "frequency", 20.0)
         (report,) = rig.make_safe()
         assert report.safe, report.problems
-        assert float(stands["FREQ"]) == 1.0
+        assert float(state["FREQ"]) == 1.0
 
-    def test_where_it_stays_away_that_is_told(self, rig, bench):
+    def test_generator_that_stays_away_is_reported_unsafe(self, rig, bench):
         rig.set("generator", "frequency", 12.5)
         bench.close()
         (report,) = rig.make_safe()
@@ -287,7 +290,7 @@ class TestInARig:
         assert "make safe failed" in report.problems[0]
 
 
-def test_the_trial_of_the_record():
+def test_trial_of_the_plugin_works():
     device = instrument("pymeasure", REGISTRY.find("device", "pymeasure").record.trial)
     assert device.connect(1.0).simulated
     device.set("output", 2.5)
@@ -298,7 +301,7 @@ def test_the_trial_of_the_record():
 
 
 @pytest.mark.parametrize(
-    ("changes", "told"),
+    ("changes", "message"),
     [
         ({"instrument": "os.system"}, "instrument"),
         ({"instrument": "pymeasure.instruments"}, "instrument"),
@@ -320,13 +323,13 @@ def test_the_trial_of_the_record():
         ({"instrument": "pymeasure.instruments.fakes.SwissArmyFake"}, "write 'simulated: yes'"),
     ],
 )
-def test_wrong_settings_are_told_before_anything_is_connected(changes, told):
-    with pytest.raises(PluginError, match=told):
+def test_invalid_settings_are_refused_before_connecting(changes, message):
+    with pytest.raises(PluginError, match=message):
         instrument("pymeasure", merged(KEITHLEY, **changes))
 
 
 class TestUnits:
-    """PyMeasure's values are plain numbers; their unit stands in the property's description."""
+    """PyMeasure's values are plain numbers; their unit is in the property's description."""
 
     @pytest.mark.parametrize(
         ("instrument_name", "name", "unit"),
@@ -339,12 +342,12 @@ class TestUnits:
             ("keithley.Keithley2000", "mode", ""),
         ],
     )
-    def test_of_a_property(self, instrument_name, name, unit):
-        found = instrument_class(f"pymeasure.instruments.{instrument_name}")
-        assert unit_told(found, name) == unit
+    def test_unit_is_read_from_the_description_of_a_property(self, instrument_name, name, unit):
+        class_ = instrument_class(f"pymeasure.instruments.{instrument_name}")
+        assert unit_in_description(class_, name) == unit
 
     @pytest.mark.parametrize("unit", ["mV", "N·m", "A"])
-    def test_another_one_without_a_scale_is_refused(self, unit):
+    def test_different_unit_without_a_scale_is_refused(self, unit):
         channel = {"property": "voltage", "unit": unit}
         with pytest.raises(PluginError, match=f"voltage of Keithley2000 is in V, .* has {unit} "):
             instrument("pymeasure", merged(KEITHLEY, channels={"u": channel}))
@@ -352,17 +355,17 @@ class TestUnits:
     @pytest.mark.parametrize(
         "channel", [{"unit": "V"}, {"unit": "mV", "scale": 1000}, {"unit": "N·m", "scale": 1}]
     )
-    def test_the_same_or_one_with_a_scale_is_not(self, channel):
+    def test_same_unit_or_one_with_a_scale_is_accepted(self, channel):
         channel = {"property": "voltage", **channel}
         assert instrument("pymeasure", merged(KEITHLEY, channels={"u": channel}))
 
-    def test_of_a_drive(self):
+    def test_different_unit_of_a_drive_is_refused(self):
         drive = {**FREQUENCY, "unit": "rpm"}
         with pytest.raises(PluginError, match="frequency of Agilent33220A is in Hz"):
             instrument("pymeasure", merged(AGILENT, drives={"frequency": drive}))
 
 
-def test_a_channel_of_an_instrument_that_there_is_not():
+def test_channel_that_the_instrument_lacks_is_reported():
     device = simulated(KEITHLEY, channels={"u": {"property": "ch_1.voltage", "unit": "V"}})
     device.connect(2.0)
     with pytest.raises(DeviceRejectedError, match=r"Keithley2000 has no channel 'ch_1'"):
@@ -370,7 +373,7 @@ def test_a_channel_of_an_instrument_that_there_is_not():
     device.close()
 
 
-def test_without_pymeasure_a_station_is_checked_and_connecting_says_how_to_get_it(monkeypatch):
+def test_missing_package_is_reported_on_connect_only(monkeypatch):
     monkeypatch.setitem(__import__("sys").modules, "pymeasure.instruments", None)
     device = simulated(KEITHLEY)
     with pytest.raises(PluginError, match=r"'pymeasure' is not installed.*rigrunner\[pymeasure\]"):

@@ -1,4 +1,4 @@
-"""Readings that are not numbers: in texts, in Modbus, and by devices that break the rules."""
+"""Readings that are not numbers: in texts, in Modbus, and from devices with wrong types."""
 
 from __future__ import annotations
 
@@ -33,10 +33,10 @@ def reading(text, **settings):
         ("0  25", {"kind": "array", "unit": "°C", "separator": " "}, (273.15, 298.15)),
     ],
 )  # fmt: skip
-def test_what_is_understood(text, settings, expected):
-    found = reading(text, **settings)
-    assert found == (pytest.approx(expected) if isinstance(expected, tuple) else expected)
-    assert type(found) is type(expected)
+def test_answer_is_converted_to_its_kind(text, settings, expected):
+    value = reading(text, **settings)
+    assert value == (pytest.approx(expected) if isinstance(expected, tuple) else expected)
+    assert type(value) is type(expected)
 
 
 @pytest.mark.parametrize(
@@ -50,7 +50,7 @@ def test_what_is_understood(text, settings, expected):
         ("abc", {"kind": "text", "pattern": "x(.)"}, "does not fit the pattern"),
     ],
 )
-def test_what_is_not_understood_is_refused(text, settings, message):
+def test_answer_that_does_not_fit_is_refused(text, settings, message):
     with pytest.raises(DeviceRejectedError, match=message):
         reading(text, **settings)
 
@@ -77,16 +77,16 @@ BITS = {
 }
 
 
-def test_modbus_tells_coils_bits_and_texts():
+def test_modbus_reads_coils_bits_and_texts():
     """Requests and answers by hand, by the Application Protocol Specification V1.1b3, 6.1, 6.3."""
     script = [
-        (mbap(1, 1, "01 0003 0001"), mbap(1, 1, "01 01 01")),  # to see that somebody is there
+        (mbap(1, 1, "01 0003 0001"), mbap(1, 1, "01 01 01")),  # the probe on connect
         (mbap(2, 1, "01 0003 0001"), mbap(2, 1, "01 01 01")),
         (mbap(3, 1, "03 0005 0001"), mbap(3, 1, "03 02 0003")),
         (mbap(4, 1, "03 0010 0002"), mbap(4, 1, "03 04 41423100")),
     ]
-    with tcp_peer(script) as (_, where):
-        device = instrument("modbus", {**BITS, **where})
+    with tcp_peer(script) as (_, connection):
+        device = instrument("modbus", {**BITS, **connection})
         assert isinstance(device, Observing)
         device.connect(5.0)
         try:
@@ -101,31 +101,31 @@ def hexadecimal(words):
     return "".join(f"{word:04x}" for word in words)
 
 
-def test_modbus_tells_an_array_of_a_block_of_registers():
+def test_modbus_reads_an_array_from_a_block_of_registers():
     """63 numbers of two registers are 126, one more than a request may ask for (6.3)."""
-    numbers = [1000 * each for each in range(63)]  # int32, high word first
-    words = [half for each in numbers for half in (each >> 16, each & 0xFFFF)]
+    numbers = [1000 * i for i in range(63)]  # int32, high word first
+    words = [half for number in numbers for half in (number >> 16, number & 0xFFFF)]
     script = [
-        (mbap(1, 1, "03 0100 0002"), mbap(1, 1, "03 04 00000000")),  # is somebody there?
+        (mbap(1, 1, "03 0100 0002"), mbap(1, 1, "03 04 00000000")),  # the probe on connect
         (mbap(2, 1, "03 0100 007c"), mbap(2, 1, f"03 f8 {hexadecimal(words[:124])}")),
         (mbap(3, 1, "03 017c 0002"), mbap(3, 1, f"03 04 {hexadecimal(words[124:])}")),
     ]
     spectrum = {"kind": "array", "unit": "mV", "holding": 0x100, "type": "int32", "values": 63,
                 "scale": 0.1, "offset": -1}  # fmt: skip
-    with tcp_peer(script) as (_, where):
-        device = instrument("modbus", {"readings": {"spectrum": spectrum}, **where})
+    with tcp_peer(script) as (_, connection):
+        device = instrument("modbus", {"readings": {"spectrum": spectrum}, **connection})
         device.connect(5.0)
         try:
-            found = device.observe(["spectrum"])["spectrum"]
+            spectrum_ = device.observe(["spectrum"])["spectrum"]
         finally:
             device.close()
-    assert found == pytest.approx([(0.1 * each - 1) / 1000 for each in numbers], abs=1e-12)
+    assert spectrum_ == pytest.approx([(0.1 * number - 1) / 1000 for number in numbers], abs=1e-12)
     (info,) = device.readings
     assert (info.kind, info.unit) == ("array", "V")
 
 
 @pytest.mark.parametrize(
-    ("given", "message"),
+    ("reading_settings", "message"),
     [
         ({"kind": "boolean", "holding": 5}, "a boolean is one bit"),
         ({"kind": "text", "coil": 5}, "a text is in registers"),
@@ -136,13 +136,13 @@ def test_modbus_tells_an_array_of_a_block_of_registers():
         ({"kind": "boolean", "coil": 5, "values": 2}, "values, scale and offset are of an array"),
     ],
 )
-def test_modbus_refuses_what_stands_nowhere(given, message):
-    settings = {"tcp": {"host": "127.0.0.1"}, "readings": {"x": given}}
+def test_modbus_readings_without_a_valid_address_are_refused(reading_settings, message):
+    settings = {"tcp": {"host": "127.0.0.1"}, "readings": {"x": reading_settings}}
     with pytest.raises((PluginError, ValueError), match=message):
         instrument("modbus", settings)
 
 
-def test_a_name_is_a_channel_or_a_reading():
+def test_name_of_both_channel_and_reading_is_refused():
     settings = {
         "tcp": {"host": "127.0.0.1"},
         "channels": {"x": {"holding": 1, "unit": "V"}},
@@ -152,8 +152,8 @@ def test_a_name_is_a_channel_or_a_reading():
         instrument("modbus", settings)
 
 
-class Told:
-    """A device that tells what it is given."""
+class FixedReading:
+    """A device whose one reading has a fixed value."""
 
     channels = drives = ()
     non_blocking = True
@@ -188,16 +188,16 @@ class Told:
         ("text", None, "a str"),
     ],
 )
-def test_the_rig_takes_nothing_of_another_kind(kind, value, needed):
-    rig = Rig({"role": Told(kind, value)}, SimulatedClock())
+def test_rig_refuses_a_value_of_another_kind(kind, value, needed):
+    rig = Rig({"role": FixedReading(kind, value)}, SimulatedClock())
     rig.connect()
-    with pytest.raises(DeviceRejectedError) as caught:
+    with pytest.raises(DeviceRejectedError) as raised:
         rig.observe("role", ["x"])
-    assert caught.value.hint == f"expected {needed}"
+    assert raised.value.hint == f"expected {needed}"
 
 
-def test_the_rig_names_what_it_was_told():
-    rig = Rig({"role": Told("array", [1, 2])}, SimulatedClock())
+def test_rig_prefixes_readings_with_the_role():
+    rig = Rig({"role": FixedReading("array", [1, 2])}, SimulatedClock())
     rig.connect()
     assert rig.observe("role", ["x"]) == {"role.x": (1.0, 2.0)}
 
@@ -212,27 +212,27 @@ def composite(readings, **parts):
     return make_composite(CompositeSettings.model_validate(settings), context)
 
 
-def test_a_composite_tells_the_readings_of_its_parts():
+def test_composite_has_the_readings_of_its_parts():
     device = composite(
         {"guard": "plc.x", "spectrum": "scope.x"},
-        plc=Told("text", "V1"), scope=Told("array", (1.0, 2.0)),
+        plc=FixedReading("text", "V1"), scope=FixedReading("array", (1.0, 2.0)),
     )  # fmt: skip
-    assert [(each.name, each.kind) for each in device.readings] == [
+    assert [(info.name, info.kind) for info in device.readings] == [
         ("guard", "text"), ("spectrum", "array"),
     ]  # fmt: skip
     rig = Rig({"role": device}, SimulatedClock())
     rig.connect()
-    found = rig.observe("role", ["spectrum", "guard"])
-    assert found == {"role.spectrum": (1.0, 2.0), "role.guard": "V1"}
+    readings = rig.observe("role", ["spectrum", "guard"])
+    assert readings == {"role.spectrum": (1.0, 2.0), "role.guard": "V1"}
 
 
 @pytest.mark.parametrize("place", ["plc.y", "clock.x"])
-def test_a_composite_refuses_a_reading_that_no_part_tells(place):
-    silent = Told("text", "")
+def test_composite_refuses_a_reading_that_no_part_has(place):
+    silent = FixedReading("text", "")
     silent.readings = ()
     with pytest.raises(PluginError, match=r"the part '(plc|clock)' has no reading"):
-        composite({"guard": place}, plc=Told("text", "V1"), clock=silent)
+        composite({"guard": place}, plc=FixedReading("text", "V1"), clock=silent)
 
 
-def test_a_composite_of_channels_alone_tells_nothing():
-    assert not isinstance(composite({}, plc=Told("text", "V1")), Observing)
+def test_composite_without_readings_is_not_observing():
+    assert not isinstance(composite({}, plc=FixedReading("text", "V1")), Observing)

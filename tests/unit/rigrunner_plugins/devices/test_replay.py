@@ -65,9 +65,9 @@ def write_csv(path, names, columns, delimiter=",", decimal="."):
 
 
 def make(station, **changes):
-    wanted = {"folder": "data", "rate": "1 kHz", "channels": CHANNELS} | changes
+    settings = {"folder": "data", "rate": "1 kHz", "channels": CHANNELS} | changes
     context = DeviceContext("tester", SimulatedClock(), station)
-    return Replay(ReplaySettings.model_validate(wanted), context)
+    return Replay(ReplaySettings.model_validate(settings), context)
 
 
 def connect(station, **changes):
@@ -85,12 +85,12 @@ def play(device, frequency, load, seconds=0.3, channels=("angle", "torque")):
 
 def problems(folder, manifest, **changes):
     (folder / "data" / "manifest.yaml").write_text(manifest)
-    with pytest.raises(InvalidFileError) as caught:
+    with pytest.raises(InvalidFileError) as raised:
         connect(folder, **changes)
-    return str(caught.value)
+    return str(raised.value)
 
 
-def test_csv_and_hdf5_are_played_by_their_setpoints(folder):
+def test_csv_and_hdf5_are_played_at_their_set_points(folder):
     device = connect(folder)
     unloaded, loaded = play(device, 10.0, 0.0), play(device, 10.0, 1000.0)
     assert np.array_equal(unloaded["torque"], TORQUE)
@@ -98,7 +98,7 @@ def test_csv_and_hdf5_are_played_by_their_setpoints(folder):
     assert np.array_equal(unloaded["angle"], ANGLE)
 
 
-def test_other_names_units_delimiter_and_decimal_comma_give_the_same(folder):
+def test_other_names_units_delimiter_and_decimal_comma_play_the_same(folder):
     columns = [1e3 * TORQUE, np.rad2deg(ANGLE)]
     write_csv(folder / "data" / "plain.csv", ["Md [mNm]", "Winkel"], columns, ";", ",")
     channels = CHANNELS | {
@@ -112,8 +112,8 @@ def test_other_names_units_delimiter_and_decimal_comma_give_the_same(folder):
 
 
 @pytest.mark.parametrize("of", ["csv", "hdf5"])
-def test_a_unit_that_the_file_states_otherwise_is_refused(folder, of):
-    """12.5 of a column in mN·m was played as 12.5 N·m."""
+def test_unit_that_contradicts_the_file_is_refused(folder, of):
+    """A value of 12.5 in a column in mN·m was once played as 12.5 N·m."""
     name = "torque [mNm]" if of == "csv" else "torque"
     if of == "csv":
         write_csv(folder / "data" / "plain.csv", ["angle", name], [ANGLE, TORQUE])
@@ -130,7 +130,7 @@ def test_a_unit_that_the_file_states_otherwise_is_refused(folder, of):
     assert played["torque"] == pytest.approx((1 if of == "csv" else 2) * TORQUE / 1e3)
 
 
-def test_columns_may_be_numbered_where_no_line_names_them(folder):
+def test_columns_without_names_may_be_numbered(folder):
     text = "made by hand\nJan 1\n" + "\n".join(f"{k}\t{k / 4}\t{-k}" for k in range(300)) + "\n"
     (folder / "data" / "plain.csv").write_text(text)
     channels = CHANNELS | {
@@ -143,7 +143,7 @@ def test_columns_may_be_numbered_where_no_line_names_them(folder):
     assert np.array_equal(played["torque"], -np.arange(300.0))
 
 
-def test_constants_of_the_manifest_stand_in_for_columns(folder):
+def test_constants_of_the_manifest_replace_columns(folder):
     device = connect(folder)
     assert np.array_equal(
         play(device, 0.0, 0.0, channels=("torque",))["torque"], np.full(300, 0.0125)
@@ -153,29 +153,29 @@ def test_constants_of_the_manifest_stand_in_for_columns(folder):
     assert device.read(["torque"]) == {"torque": TORQUE[0]}
 
 
-def test_channels_are_offered_in_si_units(folder):
+def test_channels_are_in_si_units(folder):
     info = {channel.name: channel for channel in make(folder).channels}
     assert info["temperature"].unit == "K"
     assert info["torque"].long_name == "Torque"
 
 
-def test_a_missing_setpoint_names_those_that_are_there(folder):
+def test_missing_set_point_lists_those_of_the_recordings(folder):
     device = connect(folder)
     device.set("frequency", 12.0)
-    with pytest.raises(DeviceRejectedError) as caught:
+    with pytest.raises(DeviceRejectedError) as raised:
         device.stream(["torque"], 0.1, Never())
-    assert "no recording of 12 Hz at 0 N" in str(caught.value)
-    assert "0 Hz at 0 N, 10 Hz at 0 N, 10 Hz at 1000 N" in str(caught.value)
+    assert "no recording of 12 Hz at 0 N" in str(raised.value)
+    assert "0 Hz at 0 N, 10 Hz at 0 N, 10 Hz at 1000 N" in str(raised.value)
 
 
-def test_a_recording_that_is_too_short_is_refused(folder):
+def test_recording_that_is_too_short_is_refused(folder):
     device = connect(folder)
     device.set("frequency", 10.0)
     with pytest.raises(DeviceRejectedError, match=r"'plain.csv'.* has 300 samples, but 301"):
         device.stream(["torque"], 0.301, Never())
 
 
-def test_a_channel_that_a_recording_lacks_is_named(folder):
+def test_channel_that_a_recording_lacks_is_named(folder):
     device = connect(folder)
     device.set("frequency", 10.0)
     device.set("load", 1000.0)
@@ -183,17 +183,17 @@ def test_a_channel_that_a_recording_lacks_is_named(folder):
         device.read(["temperature"])
 
 
-def test_a_missing_folder_is_a_device_that_is_not_found(folder):
+def test_missing_folder_is_reported_as_device_not_found(folder):
     with pytest.raises(DeviceNotFoundError, match="nowhere"):
         connect(folder, folder="nowhere")
 
 
-def test_a_missing_manifest_is_named(folder):
+def test_missing_manifest_is_named(folder):
     with pytest.raises(InvalidFileError, match=r"data/other.yaml: there is no such file"):
         connect(folder, manifest="other.yaml")
 
 
-def test_all_problems_of_a_manifest_are_told_with_their_lines(folder):
+def test_problems_of_a_manifest_are_reported_with_their_lines(folder):
     text = problems(
         folder,
         "rigrunner: replay/1\n"
@@ -211,7 +211,7 @@ def test_all_problems_of_a_manifest_are_told_with_their_lines(folder):
     assert "manifest.yaml:7:8: extra: is unknown; known are rigrunner, recordings" in text
 
 
-def test_setpoints_files_and_values_are_checked_before_anything_is_played(folder):
+def test_set_points_files_and_values_are_checked_on_connect(folder):
     text = problems(
         folder,
         "rigrunner: replay/1\n"
@@ -229,7 +229,7 @@ def test_setpoints_files_and_values_are_checked_before_anything_is_played(folder
 
 
 @pytest.mark.parametrize("way", ["../secret.csv", "/etc/hostname", "link.csv", "runs/../../s.csv"])
-def test_no_path_leads_out_of_the_folder(folder, way):
+def test_path_out_of_the_folder_is_refused(folder, way):
     (folder / "secret.csv").write_text("angle,torque\n1,2\n")
     (folder / "s.csv").write_text("angle,torque\n1,2\n")
     (folder / "data" / "link.csv").symlink_to(folder / "secret.csv")
@@ -239,14 +239,14 @@ def test_no_path_leads_out_of_the_folder(folder, way):
     )
 
 
-def test_the_manifest_itself_stays_in_the_folder(folder):
+def test_manifest_outside_the_folder_is_refused(folder):
     (folder / "manifest.yaml").write_text(MANIFEST)
     with pytest.raises(InvalidFileError, match="leads out of the folder"):
         connect(folder, manifest="../manifest.yaml")
 
 
 @pytest.mark.parametrize(
-    ("text", "told"),
+    ("text", "message"),
     [
         ("", "Input should be a valid dictionary"),
         ("rigrunner: replay/1\nrigrunner: replay/1\n", ":2:1: the key 'rigrunner' is given twice"),
@@ -258,18 +258,18 @@ def test_the_manifest_itself_stays_in_the_folder(folder):
         ("a: " + "x" * 1_000_001, "is larger than"),
     ],
 )
-def test_odd_yaml_is_refused(folder, text, told):
-    assert told in problems(folder, text)
+def test_invalid_yaml_is_refused(folder, text, message):
+    assert message in problems(folder, text)
 
 
-def test_a_manifest_that_is_not_utf_8_is_refused(folder):
+def test_manifest_that_is_not_utf_8_is_refused(folder):
     (folder / "data" / "manifest.yaml").write_bytes(b"rigrunner: \xff\n")
     with pytest.raises(InvalidFileError, match="is not UTF-8"):
         connect(folder)
 
 
 @pytest.mark.parametrize(
-    ("content", "told"),
+    ("content", "message"),
     [
         ("angle,twist\n1,2\n", "csv:1: the column 'torque' of 'torque' is not there"),
         ("angle,torque,torque\n1,2,3\n", "csv:1: the column 'torque' of 'torque' is given"),
@@ -281,16 +281,16 @@ def test_a_manifest_that_is_not_utf_8_is_refused(folder):
         ("angle;torque\n1;2\n", "columns: angle;torque"),
     ],
 )
-def test_a_bad_csv_is_told_with_its_line(folder, content, told):
+def test_invalid_csv_is_reported_with_its_line(folder, content, message):
     (folder / "data" / "plain.csv").write_text(content)
     device = connect(folder)
     device.set("frequency", 10.0)
-    with pytest.raises(DataError) as caught:
+    with pytest.raises(DataError) as raised:
         device.read(["torque"])
-    assert told in str(caught.value)
+    assert message in str(raised.value)
 
 
-def test_a_thousands_separator_is_refused(folder):
+def test_thousands_separator_is_refused(folder):
     (folder / "data" / "plain.csv").write_text("angle;torque\n1;1.234,5\n")
     device = connect(folder, table={"delimiter": ";", "decimal": ","})
     device.set("frequency", 10.0)
@@ -298,7 +298,7 @@ def test_a_thousands_separator_is_refused(folder):
         device.read(["torque"])
 
 
-def test_hdf5_must_hold_lists_of_finite_numbers_itself(folder):
+def test_hdf5_must_contain_lists_of_finite_numbers(folder):
     path = folder / "data" / "runs" / "all.h5"
     with h5py.File(folder / "outside.h5", "w") as file:
         file["torque"] = TORQUE
@@ -312,11 +312,11 @@ def test_hdf5_must_hold_lists_of_finite_numbers_itself(folder):
             "torque", h5py.ExternalLink(str(folder / "outside.h5"), "torque")
         ),
     }
-    for told, spoil in bad.items():
+    for message, spoil in bad.items():
         with h5py.File(path, "w") as file:
             file["loaded/10/angle"] = ANGLE
             spoil(file["loaded/10"])
-        with pytest.raises(DataError, match=f"'/loaded/10/torque' (of 'torque' )?{told}"):
+        with pytest.raises(DataError, match=f"'/loaded/10/torque' (of 'torque' )?{message}"):
             play(connect(folder), 10.0, 1000.0)
     path.write_bytes(b"no HDF5")
     with pytest.raises(DataError, match="is not a readable HDF5 file"):
@@ -324,7 +324,7 @@ def test_hdf5_must_hold_lists_of_finite_numbers_itself(folder):
 
 
 @pytest.mark.parametrize(
-    "wrong",
+    "changes",
     [
         {"table": {"delimiter": ",", "decimal": ","}},
         {"rate": "0 Hz"},
@@ -335,9 +335,9 @@ def test_hdf5_must_hold_lists_of_finite_numbers_itself(folder):
         {"channels": {"torque": {"column": 0, "unit": "N·m"}}},
     ],
 )
-def test_settings_that_make_no_sense_are_refused(folder, wrong):
+def test_invalid_settings_are_refused(folder, changes):
     with pytest.raises(ValidationError):
-        make(folder, **wrong)
+        make(folder, **changes)
 
 
 numbers = st.floats(allow_nan=False, allow_infinity=False)
@@ -348,20 +348,20 @@ numbers = st.floats(allow_nan=False, allow_infinity=False)
     rows=st.lists(st.tuples(numbers, numbers), min_size=1, max_size=5),
     marks=st.sampled_from([(",", "."), (";", ","), ("|", ".")]),
 )
-def test_what_is_written_is_read_exactly(tmp_path_factory, rows, marks):
+def test_written_numbers_are_read_exactly(tmp_path_factory, rows, marks):
     path = tmp_path_factory.mktemp("csv") / "x.csv"
     delimiter, decimal = marks
     write_csv(path, ["a", "b"], list(zip(*rows, strict=True)), delimiter, decimal)
-    read = read_csv(
+    columns = read_csv(
         path, {"first": "a", "second": 2}, TableSettings(delimiter=delimiter, decimal=decimal)
     )
-    assert read["first"].values.tolist() == [row[0] for row in rows]
-    assert read["second"].values.tolist() == [row[1] for row in rows]
+    assert columns["first"].values.tolist() == [row[0] for row in rows]
+    assert columns["second"].values.tolist() == [row[1] for row in rows]
 
 
 @settings(deadline=None, max_examples=examples(150))
 @given(text=st.text(st.sampled_from("ab:-[]{},&*?!|>'\"#%@\n\t 0é\\"), max_size=40))
-def test_any_text_is_read_or_refused_never_worse(tmp_path_factory, text):
+def test_any_text_is_read_or_refused(tmp_path_factory, text):
     path = Path(tmp_path_factory.getbasetemp()) / "fuzz.yaml"
     path.write_text(text, encoding="utf-8")
     try:

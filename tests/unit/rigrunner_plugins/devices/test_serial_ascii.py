@@ -1,4 +1,4 @@
-"""Instruments that send lines: what is understood, and what is told when it is not."""
+"""Instruments that send lines: their values, and messages about invalid lines."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ from rigrunner.bus import Bus
 from rigrunner.clock import SimulatedClock
 from rigrunner.engine import UnattendedAnswers, run_plan
 from rigrunner.rig import Rig
-from rigrunner_plugins.devices.serial_ascii.hearing import Hearing
+from rigrunner_plugins.devices.serial_ascii.line_buffer import LineBuffer
 from rigrunner_plugins.devices.serial_ascii.settings import SerialAsciiSettings
 from unit.rigrunner_plugins.devices.helpers_instruments import REGISTRY, instrument, merged
 from unit.rigrunner_plugins.devices.helpers_peers import SILENCE, Lines, SerialPeer
@@ -59,7 +59,7 @@ def line(number):
 
 
 class Talker:
-    """Sends its lines again and again, at a rate, until it is told otherwise."""
+    """Sends lines at a rate until it is hushed."""
 
     def __init__(self, far, rate_hz=RATE_HZ, make=line):
         self.far, self.rate_hz, self.make = far, rate_hz, make
@@ -68,12 +68,12 @@ class Talker:
         self.thread.start()
 
     def talk(self):
-        began, number = time.monotonic(), 0
+        start_s, number = time.monotonic(), 0
         with suppress(OSError):
             while not self.quiet.is_set():
                 self.far.say(self.make(number))
                 number += 1
-                time.sleep(max(0.0, began + number / self.rate_hz - time.monotonic()))
+                time.sleep(max(0.0, start_s + number / self.rate_hz - time.monotonic()))
 
     def hush(self):
         self.quiet.set()
@@ -103,16 +103,16 @@ class Stop:
         return self.looks < 0
 
 
-def test_its_abilities():
+def test_device_has_its_abilities():
     settings = merged(CELL, port="/dev/ttyUSB0")
     device = instrument("serial_ascii", settings)
     assert all(isinstance(device, ability) for ability in (Device, Readable, Streaming))
-    still = instrument("serial_ascii", merged(settings, rate=None))
-    assert not isinstance(still, Streaming)
+    without_rate = instrument("serial_ascii", merged(settings, rate=None))
+    assert not isinstance(without_rate, Streaming)
     assert device.make_safe() == {}
 
 
-def test_the_newest_line_gives_all_channels():
+def test_newest_line_gives_all_channels():
     with cell() as device:
         identity = Identity("unidentified", f"instrument at {device.far.port}", "")
         assert device.connect(2.0) == identity
@@ -123,40 +123,43 @@ def test_the_newest_line_gives_all_channels():
         assert device.read(["load"])["load"] >= first["load"] + 10
 
 
-def test_a_line_that_was_begun_before_listening_is_no_value():
+def test_line_begun_before_listening_is_ignored():
     with cell(make=lambda _: SILENCE) as device:
         threading.Timer(0.1, device.far.say, (b"7.000 kN; 000000 Nm\r\n" + line(5),)).start()
         device.connect(1.0)
         assert device.read(["torque"]) == {"torque": 5.0}
 
 
-def test_lines_that_are_no_measurement_are_passed_over():
+def test_lines_that_match_ignore_are_skipped():
     with cell(make=lambda n: line(n) if n % 2 else b"# battery low\r\n") as device:
         device.connect(1.0)
         assert not any(device._lines.newest().startswith("#") for _ in range(3))
 
 
 @given(st.lists(st.integers(0, 99), min_size=1, max_size=8), st.data())
-def test_lines_are_the_same_however_their_bytes_come(numbers, data):
+def test_lines_do_not_depend_on_how_their_bytes_arrive(numbers, data):
     settings = SerialAsciiSettings.model_validate(merged(CELL, port="/dev/ttyUSB0"))
-    hearing = Hearing(settings, SimulatedClock())
+    buffer = LineBuffer(settings, SimulatedClock())
     sent = b"cut off\r\n" + b"".join(map(line, numbers))
-    hearing.record()
+    buffer.record()
     while sent:
         size = data.draw(st.integers(1, len(sent)))
-        hearing.hear(sent[:size])
+        buffer.feed(sent[:size])
         sent = sent[size:]
-    heard = [settings.values_in(each.text)["torque"] for each in hearing.recorded()]
-    assert heard == numbers
+    received = [settings.values_in(line.text)["torque"] for line in buffer.recorded()]
+    assert received == numbers
 
 
 class TestSilence:
-    def test_no_line_at_all(self):
-        told = r"nothing came within 0.3 s.*`start`"
-        with cell(make=lambda _: SILENCE) as device, pytest.raises(DeviceTimeoutError, match=told):
+    def test_missing_lines_time_out(self):
+        message = r"nothing came within 0.3 s.*`start`"
+        with (
+            cell(make=lambda _: SILENCE) as device,
+            pytest.raises(DeviceTimeoutError, match=message),
+        ):
             device.connect(1.0)
 
-    def test_a_value_that_is_too_old_is_not_given(self):
+    def test_stale_value_is_not_returned(self):
         with cell() as device:
             device.connect(1.0)
             device.talker.hush()
@@ -168,7 +171,7 @@ class TestSilence:
                 device.read(["load"])
             assert newest
 
-    def test_it_goes_on_when_lines_come_again(self):
+    def test_reading_resumes_when_lines_return(self):
         with cell() as device:
             device.connect(1.0)
             device.talker.hush()
@@ -178,36 +181,36 @@ class TestSilence:
             device.talker = Talker(device.far)
             assert device.read(["load"])
 
-    def test_the_wrong_termination(self):
-        told = r"characters come, .* but no ETX.*baud rate"
-        with cell(termination="ETX") as device, pytest.raises(DeviceTimeoutError, match=told):
+    def test_wrong_termination_is_reported(self):
+        message = r"characters come, .* but no ETX.*baud rate"
+        with cell(termination="ETX") as device, pytest.raises(DeviceTimeoutError, match=message):
             device.connect(1.0)
 
 
-class TestRubbish:
-    def test_another_unit(self):
+class TestInvalidLines:
+    def test_wrong_unit_is_refused(self):
         with cell(make=lambda n: line(n).replace(b"kN", b"lbf")) as device:
-            told = r"[3-9] lines in a row could not be read; the last: for load, a line is '.*':"
-            told += r" after the number is 'lbf', expected 'kN'"
-            with pytest.raises(DeviceRejectedError, match=told):
+            message = r"[3-9] lines in a row could not be read; the last: for load, a line is '.*':"
+            message += r" after the number is 'lbf', expected 'kN'"
+            with pytest.raises(DeviceRejectedError, match=message):
                 device.connect(1.0)
 
-    def test_a_single_bad_line_does_not_matter_to_a_reading(self):
+    def test_single_invalid_line_does_not_affect_a_reading(self):
         with cell(make=lambda n: b"\xff~~\r\n" if n % 3 == 0 else line(n)) as device:
             device.connect(1.0)
             for _ in range(5):
                 assert device.read(["load"])
                 time.sleep(0.03)
 
-    def test_but_does_to_a_recording(self):
+    def test_single_invalid_line_ends_a_recording(self):
         with cell(make=lambda n: b"~~\r\n" if n == 60 else line(n)) as device:
             device.connect(1.0)
             with pytest.raises(DeviceRejectedError, match=r"for load, a line is '~~'"):
                 list(device.stream(["load"], 1.0, Stop()))
 
 
-class TestUnplugging:
-    def test_while_reading(self):
+class TestUnplugged:
+    def test_unplugged_cable_is_reported_while_reading(self):
         with cell() as device:
             device.connect(1.0)
             device.far.unplug()
@@ -217,7 +220,7 @@ class TestUnplugging:
             with pytest.raises(DeviceLostError, match=r"cannot be opened"):
                 device.read(["load"])
 
-    def test_while_recording_in_a_rig(self):
+    def test_unplugged_cable_is_reported_while_recording_in_a_rig(self):
         with cell() as device:
             rig = Rig({"cell": device}, device.clock)
             rig.connect()
@@ -231,24 +234,24 @@ class TestUnplugging:
 
 
 class TestInARunOnAnotherRig:
-    """A load cell beside the tester: what it does not say any more ends the run, safely."""
+    """A load cell beside the tester: its failure ends the run safely."""
 
     @pytest.mark.parametrize(
-        ("spoilt", "kind", "told"),
+        ("spoilt", "kind", "message"),
         [
             (lambda n: line(n).replace(b"kN", b"lbf"), DeviceRejectedError, "after the number"),
             (lambda _: SILENCE, DeviceTimeoutError, "no valid line within 0.3 s"),
         ],
         ids=["another unit", "silence"],
     )
-    def test_it_ends_the_run(self, spoilt, kind, told):
+    def test_failed_load_cell_ends_the_run(self, spoilt, kind, message):
         tester = FakeTester()
         with cell() as device:
             rig = Rig({"tester": tester, "cell": device}, SimulatedClock())
             rig.connect()
 
-            def spoil(what):
-                if what == "set load 1000":
+            def spoil(call):
+                if call == "set load 1000":
                     device.talker.make = spoilt
                     time.sleep(0.5)
 
@@ -256,49 +259,49 @@ class TestInARunOnAnotherRig:
             summary = run_on(rig)
             rig.close()
         assert summary.outcome is Outcome.ERROR
-        with pytest.raises(kind, match=f"^cell: .*{told}"):
+        with pytest.raises(kind, match=f"^cell: .*{message}"):
             raise summary.error
         assert summary.safe
         assert tester.drives_at == {"load": 0.0, "frequency": 0.0}
 
 
-def streamed_by_a_machine_that_has_time(device):
-    """Stream for 0.6 s, again where other work let lines pile up, which is refused."""
+def stream_on_an_idle_machine(device):
+    """Stream for 0.6 s; retry if other load let lines pile up, which is refused."""
     for _ in range(5):
         with contextlib.suppress(DeviceRejectedError):
-            began = time.monotonic()
+            start_s = time.monotonic()
             blocks = list(device.stream(["torque", "load"], 0.6, Stop()))
-            assert 0.5 < time.monotonic() - began < 10.0
+            assert 0.5 < time.monotonic() - start_s < 10.0
             return blocks
     raise AssertionError("refused five times")
 
 
 class TestRecordings:
-    def test_they_are_gapless(self):
+    def test_recordings_are_gapless(self):
         with cell() as device:
             device.connect(1.0)
             assert device.sample_rate_hz == 200.0
-            blocks = streamed_by_a_machine_that_has_time(device)
+            blocks = stream_on_an_idle_machine(device)
             torque = np.concatenate([block.channels["torque"] for block in blocks])
             assert len(torque) == 120
             assert np.diff(torque) == pytest.approx(1.0)
             firsts = np.cumsum([0, *(block.samples for block in blocks)])[:-1]
             assert [block.first_sample for block in blocks] == list(firsts)
 
-    def test_they_stop_when_asked_to(self):
+    def test_recordings_stop_when_asked_to(self):
         with cell() as device:
             device.connect(1.0)
             assert len(list(device.stream(["load"], 10.0, Stop(after=2)))) == 2
             assert device.read(["load"])
 
     @pytest.mark.parametrize("rate_hz", [100.0, 400.0])
-    def test_another_rate_than_the_declared_one_is_told(self, rate_hz):
+    def test_rate_other_than_declared_is_refused(self, rate_hz):
         with cell(rate_hz=rate_hz) as device:
             device.connect(1.0)
             with pytest.raises(DeviceRejectedError, match=r"lines are lost, or `rate` is wrong"):
                 list(device.stream(["load"], 2.0, Stop()))
 
-    def test_silence_ends_them(self):
+    def test_silence_ends_a_recording(self):
         with cell() as device:
             device.connect(1.0)
             blocks = device.stream(["load"], 2.0, Stop())
@@ -307,14 +310,14 @@ class TestRecordings:
             with pytest.raises(DeviceTimeoutError, match=r"came \d\.\d+ s ago"):
                 list(blocks)
 
-    def test_what_is_not_in_the_lines_is_refused_at_once(self):
+    def test_channel_that_is_not_in_the_lines_is_refused(self):
         with cell() as device:
             device.connect(1.0)
             with pytest.raises(DeviceRejectedError, match=r"'angle'.*load, torque"):
                 device.stream(["angle"], 1.0, Stop())
 
 
-def test_the_thread_ends_with_the_connection():
+def test_thread_ends_with_the_connection():
     with cell() as device:
         device.connect(1.0)
         names = {thread.name for thread in threading.enumerate()}
@@ -327,23 +330,23 @@ def test_the_thread_ends_with_the_connection():
             device.read(["load"])
 
 
-class TestTalkingBack:
-    """An instrument that is asked who it is, told to start and to stop, or asked for each line."""
+class TestCommands:
+    """An instrument with identification, start and stop commands, or a request for each line."""
 
     def device(self, far, **changes):
         settings = merged(CELL, port=far.port, rate=None, **changes)
         return instrument("serial_ascii", settings)
 
-    def test_identification_start_and_stop(self):
+    def test_identification_start_and_stop_are_sent(self):
         far = SerialPeer()
         talker = []
 
-        def answer(said):
-            if said == "ID":
+        def answer(text):
+            if text == "ID":
                 return b"ACME LC-5 #77\r\n"
-            if said == "GO":
+            if text == "GO":
                 talker.append(Talker(far))
-            if said == "HALT":
+            if text == "HALT":
                 talker[0].quiet.set()
             return SILENCE
 
@@ -356,11 +359,11 @@ class TestTalkingBack:
         assert talker[0].quiet.wait(1.0)
         far.close()
 
-    def test_one_that_talks_before_it_is_asked(self):
-        """The end of a line, which comes before the answer, is no value: 7 N·m was 12347."""
+    def test_line_that_arrives_before_the_identification_is_ignored(self):
+        """The rest of a line before the answer is not a value: 7 N·m could be of 12347 N·m."""
 
-        def answer(said):
-            return b"7.000 kN; 7 Nm\r\nACME LC-5\r\n" + line(5) if said == "ID" else SILENCE
+        def answer(text):
+            return b"7.000 kN; 7 Nm\r\nACME LC-5\r\n" + line(5) if text == "ID" else SILENCE
 
         far = SerialPeer(Lines(answer, b"\r\n"))
         device = self.device(far, identification={"query": "ID", "expect": "ACME.*"})
@@ -369,9 +372,9 @@ class TestTalkingBack:
         device.close()
         far.close()
 
-    def test_only_what_follows_the_answer_counts(self):
-        def answer(said):
-            return b"7.000 kN; 7 Nm\r\nACME LC-5\r\n" if said == "ID" else SILENCE
+    def test_only_lines_after_the_answer_count(self):
+        def answer(text):
+            return b"7.000 kN; 7 Nm\r\nACME LC-5\r\n" if text == "ID" else SILENCE
 
         far = SerialPeer(Lines(answer, b"\r\n"))
         device = self.device(far, identification={"query": "ID", "expect": "ACME.*"})
@@ -379,8 +382,8 @@ class TestTalkingBack:
             device.connect(1.0)
         far.close()
 
-    def test_another_instrument(self):
-        far = SerialPeer(Lines(lambda _said: b"OTHER 1\r\n", b"\r\n"))
+    def test_another_instrument_is_refused(self):
+        far = SerialPeer(Lines(lambda _line: b"OTHER 1\r\n", b"\r\n"))
         device = self.device(far, identification={"query": "ID", "expect": "ACME.*"})
         with pytest.raises(
             DeviceNotFoundError, match=r"no instrument that matches 'ACME\.\*'.*'OTHER 1'"
@@ -388,9 +391,9 @@ class TestTalkingBack:
             device.connect(1.0)
         far.close()
 
-    def test_a_line_for_each_request(self):
+    def test_each_request_reads_one_line(self):
         numbers = iter(range(100))
-        lines = Lines(lambda _said: line(next(numbers)), b"\r\n")
+        lines = Lines(lambda _line: line(next(numbers)), b"\r\n")
         far = SerialPeer(lines)
         device = self.device(far, request="P")
         device.connect(1.0)
@@ -405,20 +408,20 @@ class TestTalkingBack:
         device.close()
         far.close()
 
-    def test_no_answer_to_a_request(self):
-        far = SerialPeer(Lines(lambda _said: SILENCE, b"\r\n"))
+    def test_missing_answer_to_a_request_times_out(self):
+        far = SerialPeer(Lines(lambda _line: SILENCE, b"\r\n"))
         with pytest.raises(DeviceTimeoutError, match=r"nothing came within 0.3 s"):
             self.device(far, request="P").connect(1.0)
         far.close()
 
-    def test_an_answer_that_is_no_measurement(self):
-        far = SerialPeer(Lines(lambda _said: b"ERR 3\r\n", b"\r\n"))
+    def test_answer_that_is_no_measurement_is_refused(self):
+        far = SerialPeer(Lines(lambda _line: b"ERR 3\r\n", b"\r\n"))
         with pytest.raises(DeviceRejectedError, match=r"for load, a line is 'ERR 3'"):
             self.device(far, request="P").connect(1.0)
         far.close()
 
 
-def test_a_port_that_is_in_use_or_not_there():
+def test_port_in_use_or_missing_is_reported():
     with cell() as device:
         device.connect(1.0)
         second = instrument("serial_ascii", merged(CELL, port=device.far.port))
@@ -428,14 +431,14 @@ def test_a_port_that_is_in_use_or_not_there():
         instrument("serial_ascii", merged(CELL, port="/dev/ttyNONE9")).connect(1.0)
 
 
-def test_without_pyserial_it_says_how_to_get_it(monkeypatch):
+def test_missing_package_names_the_extra(monkeypatch):
     monkeypatch.setitem(__import__("sys").modules, "serial", None)
     device = instrument("serial_ascii", merged(CELL, port="/dev/ttyUSB0"))
     with pytest.raises(PluginError, match=r"'pyserial' is not installed.*rigrunner\[serial\]"):
         device.connect(1.0)
 
 
-def test_the_trial_of_the_record():
+def test_trial_of_the_plugin_works():
     device = instrument("serial_ascii", REGISTRY.find("device", "serial_ascii").record.trial)
     assert device.connect(1.0).simulated
     assert device.read(["mass"]) == {"mass": pytest.approx(0.01278)}
@@ -445,7 +448,7 @@ def test_the_trial_of_the_record():
 
 
 @pytest.mark.parametrize(
-    ("changes", "told"),
+    ("changes", "message"),
     [
         ({"port": "socket://10.0.0.1:4001"}, "port"),
         ({"port": "ttyUSB0"}, "port"),
@@ -458,7 +461,7 @@ def test_the_trial_of_the_record():
         ({"ignore": "("}, "not a regular expression"),
     ],
 )
-def test_wrong_settings_are_told(changes, told):
+def test_invalid_settings_are_refused(changes, message):
     settings = merged(CELL, port="/dev/ttyUSB0")
-    with pytest.raises((PluginError, DeviceError), match=told):
+    with pytest.raises((PluginError, DeviceError), match=message):
         instrument("serial_ascii", merged(settings, **changes))

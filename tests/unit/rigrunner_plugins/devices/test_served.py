@@ -1,4 +1,4 @@
-"""Simulated instruments that answer Modbus, and the plant that they act on."""
+"""Simulated Modbus instruments, and the plant that they act on."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from rigrunner_plugins.devices.modbus.served.press import Press
 from rigrunner_plugins.devices.plant import Plant
 
 
-class Hand:
+class ManualClock:
     """A clock that is moved by hand."""
 
     now_s = 100.0
@@ -27,7 +27,7 @@ class Hand:
 
 @pytest.fixture
 def clock():
-    return Hand()
+    return ManualClock()
 
 
 @pytest.fixture
@@ -35,7 +35,7 @@ def plant(clock):
     return Plant(frequency_rate_hz_per_s=20.0, load_rate_n_per_s=1000.0, now_s=clock)
 
 
-def test_it_goes_to_its_target_at_its_rate_and_turns_on_the_way(plant, clock):
+def test_plant_moves_at_its_rate_and_can_reverse(plant, clock):
     plant.go_to_frequency(30.0)
     clock.now_s += 1.0
     assert plant.frequency_hz == 20.0
@@ -46,7 +46,7 @@ def test_it_goes_to_its_target_at_its_rate_and_turns_on_the_way(plant, clock):
     assert plant.frequency_hz == 10.0
 
 
-def test_an_inverter_turns_the_motor_only_while_its_control_word_says_so(plant, clock):
+def test_inverter_runs_the_motor_only_while_its_control_word_is_set(plant, clock):
     inverter = Inverter(plant, now_s=clock)
     inverter.written(1, [1000])
     clock.now_s += 1.0
@@ -61,7 +61,7 @@ def test_an_inverter_turns_the_motor_only_while_its_control_word_says_so(plant, 
     assert list(inverter.inputs()) == [READY, 0, 0, 0]
 
 
-def test_an_inverter_that_hears_nothing_stops_the_motor_until_it_is_reset(plant, clock):
+def test_inverter_without_heartbeat_stops_the_motor_until_reset(plant, clock):
     inverter = Inverter(plant, now_s=clock)
     inverter.written(0, [1, 2000, 0, 5])  # watchdog of 0.5 s
     clock.now_s += 0.4
@@ -85,7 +85,7 @@ def test_an_inverter_that_hears_nothing_stops_the_motor_until_it_is_reset(plant,
     assert plant.frequency_hz == pytest.approx(2.0)
 
 
-def test_what_is_beyond_their_range_is_refused(plant):
+def test_value_out_of_range_is_refused(plant):
     inverter, press = Inverter(plant), Press(plant)
     assert inverter.written(1, [5001]) is not None
     assert press.written(1, [0x8000, 0x453B]) is None  # IEEE 754: 453B8000 hex is 3000
@@ -93,7 +93,7 @@ def test_what_is_beyond_their_range_is_refused(plant):
     assert press.written(1, [0x0000, 0xC47A]) is not None  # -1000
 
 
-def test_a_press_takes_its_load_as_a_float_with_the_low_word_first(plant, clock):
+def test_press_takes_its_load_as_a_float_with_the_low_word_first(plant, clock):
     press = Press(plant)
     # IEEE 754: 447A0000 hex is 1000
     assert press.written(0, [1, 0x0000, 0x447A]) is None

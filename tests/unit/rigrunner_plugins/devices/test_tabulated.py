@@ -18,7 +18,7 @@ ROWS = [
 ]
 
 
-def made(**changes):
+def tabulated(**changes):
     settings = {"title": "A table", "set_points": ["load", "frequency"], "rows": ROWS} | changes
     context = DeviceContext("tester", SimulatedClock(), Path())
     return load_registry().make("device", "tabulated", settings, context)
@@ -26,12 +26,12 @@ def made(**changes):
 
 @pytest.fixture
 def table():
-    device = made()
+    device = tabulated()
     device.connect(1.0)
     return device
 
 
-def test_each_row_is_read_where_it_stands_in_si_units(table):
+def test_each_row_is_read_at_its_set_points_in_si_units(table):
     for load_n, frequency_hz, torque_nm in ((0, 0.5, 0.83), (1000, 0.5, 0.88), (1000, 10, 2.16)):
         table.set("load", load_n)
         table.set("frequency", frequency_hz)
@@ -40,35 +40,35 @@ def test_each_row_is_read_where_it_stands_in_si_units(table):
     assert not isinstance(table, Streaming)
 
 
-def test_set_points_that_are_small_in_si_units_are_told_apart():
+def test_set_points_small_in_si_units_are_distinguished():
     rows = [{"wavelength": f"{nm} nm", "power": f"{nm} µW"} for nm in (400, 400.5, 401)]
-    device = made(set_points=["wavelength"], rows=rows)
+    device = tabulated(set_points=["wavelength"], rows=rows)
     device.connect(1.0)
     for nm in (400, 400.5, 401):
         device.set("wavelength", nm * 1e-9)
         assert device.read(["power"]) == {"power": pytest.approx(nm * 1e-6)}
 
 
-def test_where_there_is_no_row_it_names_those_that_are(table):
+def test_missing_row_lists_the_rows_of_the_table(table):
     table.set("frequency", 10.0)
-    with pytest.raises(DeviceRejectedError) as caught:
+    with pytest.raises(DeviceRejectedError) as raised:
         table.read(["torque"])
-    assert "no row for load 0 N, frequency 10 Hz" in str(caught.value)
+    assert "no row for load 0 N, frequency 10 Hz" in str(raised.value)
     places = "load 0 N, frequency 30 rpm; load 1 kN, frequency 30 rpm; load 1 kN, frequency 10 Hz"
-    assert caught.value.hint == f"it has rows for {places}"
+    assert raised.value.hint == f"it has rows for {places}"
 
 
-def test_of_a_long_table_it_names_the_first_rows():
+def test_missing_row_of_a_long_table_lists_the_first_rows():
     rows = [{"load": f"{i} N", "frequency": "1 Hz", "torque": "1 N·m"} for i in range(1, 56)]
-    device = made(rows=rows)
+    device = tabulated(rows=rows)
     device.connect(1.0)
-    with pytest.raises(DeviceRejectedError) as caught:
+    with pytest.raises(DeviceRejectedError) as raised:
         device.read(["torque"])
-    assert caught.value.hint.endswith("load 6 N, frequency 1 Hz; and 49 more")
+    assert raised.value.hint.endswith("load 6 N, frequency 1 Hz; and 49 more")
 
 
-def test_a_set_point_can_be_the_frequency_of_a_motion():
-    drives = made(cycle_frequency="frequency").drives
+def test_set_point_can_be_the_frequency_of_a_motion():
+    drives = tabulated(cycle_frequency="frequency").drives
     assert [(info.name, info.sets_cycle_frequency) for info in drives] == [
         ("load", False),
         ("frequency", True),
@@ -103,14 +103,14 @@ def test_a_set_point_can_be_the_frequency_of_a_motion():
         ({"rows": [ROWS[0] | {"torque": 0.83}]}, "not a number with a unit"),
     ],
 )
-def test_what_is_no_table_is_refused(changes, words):
+def test_invalid_tables_are_refused(changes, words):
     with pytest.raises(PluginError, match=words):
-        made(**changes)
+        tabulated(**changes)
 
 
-def test_a_temperature_does_not_rest_at_absolute_zero():
+def test_safe_temperature_is_not_absolute_zero():
     rows = [{"bath": f"{celsius} °C", "resistance": "100 Ω"} for celsius in (-20, 50)]
-    device = made(set_points=["bath"], rows=rows)
+    device = tabulated(set_points=["bath"], rows=rows)
     device.connect(1.0)
     assert [info.range_text for info in device.drives] == ["-20 to 50 °C"]
     assert device.make_safe() == {"bath": pytest.approx(253.15)}

@@ -50,17 +50,17 @@ ENDING = TypeAdapter(Termination)
         ("9.9E8", {"overload": 1e9}, 9.9e8),
     ],
 )
-def test_the_number_in_a_text(text, form, number):
-    given_form = NumberInText(**form)
+def test_number_is_read_from_a_text_or_refused(text, form, number):
+    number_in_text = NumberInText(**form)
     if number is None:
         with pytest.raises(DeviceRejectedError, match="the answer"):
-            given_form.number_in(text, "the answer")
+            number_in_text.number_in(text, "the answer")
     else:
-        assert given_form.number_in(text, "the answer") == pytest.approx(number)
+        assert number_in_text.number_in(text, "the answer") == pytest.approx(number)
 
 
 @given(st.text(max_size=30))
-def test_any_text_is_a_finite_number_or_refused(text):
+def test_number_from_any_text_is_finite_or_refused(text):
     try:
         number = NumberInText().number_in(text, "the answer")
     except DeviceRejectedError:
@@ -72,7 +72,7 @@ def test_any_text_is_a_finite_number_or_refused(text):
 @given(
     st.text(max_size=30), st.text(max_size=3), st.integers(1, 9), st.sampled_from([",", ";", " "])
 )
-def test_any_list_as_well(text, unit, field, separator):
+def test_number_from_any_list_is_finite_or_refused(text, unit, field, separator):
     form = NumberInText(unit_in_answer=unit, field=field, separator=separator)
     try:
         number = form.number_in(text, "the answer")
@@ -91,23 +91,23 @@ def test_any_list_as_well(text, unit, field, separator):
         ("L{value:.0f}{x}", 41.6, "L42{x}"),
     ],
 )
-def test_the_set_point_in_a_command(command, number, sent):
+def test_set_point_is_formatted_in_a_command(command, number, sent):
     assert with_value(TypeAdapter(SettingCommand).validate_python(command), number) == sent
 
 
 @given(st.floats(-1e30, 1e30))
-def test_a_set_point_is_sent_as_exactly_as_anybody_can_set_it(number):
+def test_set_point_is_sent_with_twelve_digits(number):
     assert float(with_value("{value}", number)) == pytest.approx(number, rel=1e-11)
 
 
-def test_the_number_of_samples_in_a_command():
+def test_number_of_samples_is_formatted_in_a_command():
     assert with_samples("TRAC:DATA? {samples},1", 100) == "TRAC:DATA? 100,1"
 
 
 @pytest.mark.parametrize(
     ("named", "characters"), [("CRLF", "\r\n"), ("none", ""), ("\r", "\r"), ("NUL", "\0")]
 )
-def test_line_ends_by_name_or_as_they_are(named, characters):
+def test_line_ends_are_given_by_name_or_characters(named, characters):
     assert ENDING.validate_python(named) == characters
 
 
@@ -118,7 +118,7 @@ def test_other_line_ends_are_refused(wrong):
 
 
 def test_line_ends_are_named():
-    assert [termination_name(each) for each in ("\n", "\r\n", "\x02")] == ["LF", "CRLF", r"'\x02'"]
+    assert [termination_name(end) for end in ("\n", "\r\n", "\x02")] == ["LF", "CRLF", r"'\x02'"]
 
 
 @pytest.mark.parametrize(
@@ -131,5 +131,5 @@ def test_line_ends_are_named():
         ("ACME.*", "ACME,1\r,2", True),
     ],
 )
-def test_the_whole_answer_has_to_fit(pattern, text, good):
+def test_pattern_must_match_the_whole_answer(pattern, text, good):
     assert fits(pattern, text) is good

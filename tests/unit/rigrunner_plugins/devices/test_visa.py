@@ -1,4 +1,4 @@
-"""Instruments behind VISA: what is sent, what is understood, and what is told when it fails."""
+"""Instruments behind VISA: messages sent, answers read, and reports of failures."""
 
 from __future__ import annotations
 
@@ -64,13 +64,13 @@ class Instrument:
         if line.startswith("SOUR:SPE "):
             self.speed = line.split()[1]
             return SILENCE
-        known = {
+        answers = {
             "*IDN?": "ACME,T-10,0,1.2",
             "MEAS:TORQ?": "1500.0 mNm",
             "SOUR:SPE?": self.speed,
             "SYST:ERR?": self.errors.pop(0) if self.errors else '0,"No error"',
         }
-        return f"{known[line]}{self.ending}".encode() if line in known else SILENCE
+        return f"{answers[line]}{self.ending}".encode() if line in answers else SILENCE
 
 
 @pytest.fixture
@@ -85,15 +85,15 @@ def talk(acme):
 
 @pytest.fixture
 def bench(talk):
-    with peer(SocketPeer, talk) as made:
-        yield made
+    with peer(SocketPeer, talk) as server:
+        yield server
 
 
 @pytest.fixture
 def device(bench):
-    made = instrument("visa", merged(SOURCE, resource=bench.resource))
-    yield made
-    made.close()
+    device = instrument("visa", merged(SOURCE, resource=bench.resource))
+    yield device
+    device.close()
 
 
 @pytest.fixture
@@ -102,36 +102,36 @@ def connected(device):
     return device
 
 
-def test_it_is_readable_and_settable_and_streams_only_if_told_how(device):
+def test_device_streams_only_with_a_stream_setting(device):
     assert all(isinstance(device, ability) for ability in (Device, Readable, Approaching))
     assert not isinstance(device, Streaming)
 
 
-def test_it_says_who_answers(device, talk):
+def test_identity_is_read_and_commands_are_sent_on_connect(device, talk):
     assert device.connect(2.0) == Identity("ACME", "T-10", "", "1.2")
     assert talk.heard == ["*IDN?", "SYST:ERR?", "*CLS", "SYST:ERR?"]
 
 
-def test_a_channel_is_asked_and_understood_with_its_unit(connected):
+def test_channel_is_queried_and_converted_from_its_unit(connected):
     assert connected.read(["torque"]) == {"torque": pytest.approx(1.5)}
 
 
-def test_what_is_no_number_is_asked_as_well(bench):
+def test_text_and_boolean_readings_are_queried(bench):
     readings = {
         "firmware": {"kind": "text", "query": "*IDN?", "pattern": ",([^,]*)$"},
         "quiet": {"kind": "boolean", "query": "SYST:ERR?", "yes": "0,.*", "no": "[^0].*"},
     }
-    made = instrument("visa", merged(SOURCE, resource=bench.resource, readings=readings))
-    made.connect(2.0)
+    device = instrument("visa", merged(SOURCE, resource=bench.resource, readings=readings))
+    device.connect(2.0)
     try:
-        assert made.observe(["firmware", "quiet"]) == {"firmware": "1.2", "quiet": True}
+        assert device.observe(["firmware", "quiet"]) == {"firmware": "1.2", "quiet": True}
         with pytest.raises(DeviceRejectedError, match="there is no reading 'torque'"):
-            made.observe(["torque"])
+            device.observe(["torque"])
     finally:
-        made.close()
+        device.close()
 
 
-def test_a_drive_is_told_in_its_own_unit_and_read_back(connected, talk):
+def test_drive_is_set_in_its_own_unit_and_read_back(connected, talk):
     connected.set("speed", 10.0)  # Hz: 600 rpm
     assert talk.heard[-3:] == ["SOUR:SPE 600.0", "SYST:ERR?", "SOUR:SPE?"]
     assert connected.read_back("speed") == 10.0
@@ -144,56 +144,56 @@ def test_making_safe_sends_the_safe_commands_last(connected, acme, talk):
     assert talk.heard[-2:] == ["OUTP OFF", "SYST:ERR?"]
 
 
-def test_an_error_of_the_instrument_names_the_command_that_it_is_about(connected, acme):
+def test_instrument_error_names_the_command_that_caused_it(connected, acme):
     acme.errors = ['-222,"Data out of range"', '-350,"Queue overflow"']
-    with pytest.raises(DeviceRejectedError) as caught:
+    with pytest.raises(DeviceRejectedError) as raised:
         connected.set("speed", 10.0)
-    assert str(caught.value) == (
+    assert str(raised.value) == (
         "the instrument does not accept 'SOUR:SPE 600.0':"
         ' -222,"Data out of range"; -350,"Queue overflow"'
     )
 
 
-def test_errors_from_before_are_nobodys_fault(device, acme):
+def test_errors_from_before_connecting_are_ignored(device, acme):
     acme.errors = ['-113,"Undefined header"']
     device.connect(2.0)
 
 
-def test_a_query_does_not_wait_until_the_command_before_it_is_acknowledged(connected):
-    """Else each set-point takes 40 ms or more: Nagle's algorithm and a delayed acknowledgement."""
+def test_query_does_not_wait_for_the_acknowledgement_of_a_command(connected):
+    """Otherwise Nagle's algorithm and delayed acknowledgements add 40 ms to each set-point."""
     took_s = []
     for _ in range(10):
-        began_s = time.monotonic()
+        start_s = time.monotonic()
         connected.set("speed", 10.0)
-        took_s.append(time.monotonic() - began_s)
+        took_s.append(time.monotonic() - start_s)
     assert min(took_s) < 0.03
 
 
-class TestAnInstrumentThatWasOff:
-    """After silence or a lost connection nobody knows how it is set: it is set up again."""
+class TestSetupAfterFailure:
+    """After silence or a lost connection its settings are unknown: it is set up again."""
 
     VERIFIED = merged(SOURCE, verify=[{"query": "UNIT?", "good": "NM"}])
 
     @pytest.fixture
     def device(self, bench, acme):
         acme.answers["UNIT?"] = "NM"
-        made = instrument("visa", merged(self.VERIFIED, resource=bench.resource))
-        made.connect(2.0)
-        yield made
-        made.close()
+        device = instrument("visa", merged(self.VERIFIED, resource=bench.resource))
+        device.connect(2.0)
+        yield device
+        device.close()
 
     @pytest.mark.parametrize("trouble", [SILENCE, HANG_UP], ids=["silence", "a lost connection"])
-    def test_it_is_set_up_before_it_is_read(self, device, acme, talk, trouble):
+    def test_instrument_is_set_up_before_it_is_read_again(self, device, acme, talk, trouble):
         acme.answers["MEAS:TORQ?"] = trouble
         with pytest.raises((DeviceTimeoutError, DeviceLostError)):
             device.read(["torque"])
         del acme.answers["MEAS:TORQ?"]
         talk.heard.clear()
         assert device.read(["torque"]) == {"torque": 1.5}
-        set_up = ["*IDN?", "SYST:ERR?", "*CLS", "SYST:ERR?", "UNIT?"]
-        assert talk.heard == [*set_up, "MEAS:TORQ?"]
+        setup_messages = ["*IDN?", "SYST:ERR?", "*CLS", "SYST:ERR?", "UNIT?"]
+        assert talk.heard == [*setup_messages, "MEAS:TORQ?"]
 
-    def test_one_that_came_back_in_another_unit_is_not_read(self, device, acme):
+    def test_instrument_that_returned_in_another_unit_is_not_read(self, device, acme):
         acme.answers["MEAS:TORQ?"] = HANG_UP
         with pytest.raises(DeviceLostError):
             device.read(["torque"])
@@ -203,7 +203,7 @@ class TestAnInstrumentThatWasOff:
             with pytest.raises(DeviceRejectedError, match=r"not set as the station says"):
                 device.read(["torque"])
 
-    def test_one_that_is_set_otherwise_can_still_be_made_safe(self, device, acme, bench, talk):
+    def test_instrument_with_other_settings_can_still_be_made_safe(self, device, acme, bench, talk):
         device.set("speed", 10.0)
         acme.answers["UNIT?"] = "INLB"
         bench.hang_up()
@@ -213,7 +213,7 @@ class TestAnInstrumentThatWasOff:
         with pytest.raises(DeviceRejectedError, match=r"not set as the station says"):
             device.read(["torque"])
 
-    def test_one_that_could_never_be_set_up_is_made_safe(self, bench, acme):
+    def test_instrument_that_was_never_set_up_can_be_made_safe(self, bench, acme):
         acme.answers["UNIT?"] = "INLB"
         device = instrument("visa", merged(self.VERIFIED, resource=bench.resource))
         with pytest.raises(DeviceRejectedError, match=r"not set as the station says"):
@@ -223,38 +223,38 @@ class TestAnInstrumentThatWasOff:
         device.close()
 
 
-class TestWhoAnswers:
+class TestIdentity:
     def test_another_instrument_is_refused_before_anything_is_sent(self, device, acme, talk):
         acme.answers["*IDN?"] = "OTHER,PSU,1,2"
         with pytest.raises(DeviceNotFoundError, match=r"'OTHER,PSU,1,2'.*does not fit 'ACME,\.\*'"):
             device.connect(2.0)
         assert talk.heard == ["*IDN?"]
 
-    def test_nobody_at_the_address(self, device, bench):
+    def test_unreachable_instrument_is_reported(self, device, bench):
         bench.close()
         with pytest.raises(DeviceNotFoundError, match=r"no answer from TCPIP::127\.0\.0\.1"):
             device.connect(2.0)
 
-    def test_a_port_that_does_not_exist(self):
+    def test_missing_port_is_reported(self):
         device = instrument("visa", merged(SOURCE, resource="ASRL/dev/ttyNONE9::INSTR"))
         with pytest.raises(DeviceNotFoundError, match="could not open port /dev/ttyNONE9"):
             device.connect(1.0)
 
-    def test_an_instrument_that_is_set_otherwise_is_refused(self, bench, acme):
+    def test_instrument_with_other_settings_is_refused(self, bench, acme):
         acme.answers["UNIT?"] = "INLB"
         verify = [{"query": "UNIT?", "good": "NM"}]
         device = instrument("visa", merged(SOURCE, resource=bench.resource, verify=verify))
         with pytest.raises(DeviceRejectedError, match=r"not set as the station says.*'INLB'"):
             device.connect(2.0)
 
-    def test_what_has_no_four_fields_is_the_model(self, device, acme):
+    def test_identity_without_four_fields_is_the_model(self, device, acme):
         acme.answers["*IDN?"] = "ACME, LSG 1234"
         assert device.connect(2.0).model == "ACME, LSG 1234"
 
 
-class TestAnswersThatAreWrong:
+class TestInvalidAnswers:
     @pytest.mark.parametrize(
-        ("answer", "told"),
+        ("answer", "message"),
         [
             (
                 "12.0 Nm",
@@ -268,18 +268,18 @@ class TestAnswersThatAreWrong:
             ("nan mNm", "'nan mNm' is not a decimal number"),
         ],
     )
-    def test_they_are_refused_and_shown(self, connected, acme, answer, told):
+    def test_invalid_answers_are_refused_and_shown(self, connected, acme, answer, message):
         acme.answers["MEAS:TORQ?"] = answer
-        with pytest.raises(DeviceRejectedError, match=told) as caught:
+        with pytest.raises(DeviceRejectedError, match=message) as raised:
             connected.read(["torque"])
-        assert "the answer to 'MEAS:TORQ?'" in str(caught.value)
+        assert "the answer to 'MEAS:TORQ?'" in str(raised.value)
 
-    def test_no_answer(self, connected, acme):
+    def test_missing_answer_times_out(self, connected, acme):
         acme.answers["MEAS:TORQ?"] = SILENCE
         with pytest.raises(DeviceTimeoutError, match=r"no answer to 'MEAS:TORQ\?' within 1.5 s"):
             connected.read(["torque"])
 
-    def test_no_answer_because_the_query_is_unknown_to_the_instrument(self, connected, acme):
+    def test_unknown_query_times_out_with_the_instrument_s_error(self, connected, acme):
         acme.answers["MEAS:TORQ?"] = SILENCE
         acme.errors = ['-113,"Undefined header"']
         with pytest.raises(
@@ -287,7 +287,7 @@ class TestAnswersThatAreWrong:
         ):
             connected.read(["torque"])
 
-    def test_a_late_answer_is_not_taken_for_that_of_the_next_query(self, connected, acme):
+    def test_late_answer_is_not_taken_for_that_of_the_next_query(self, connected, acme):
         acme.delay_s = 1.8
         with pytest.raises(DeviceTimeoutError):
             connected.read(["torque"])
@@ -295,7 +295,7 @@ class TestAnswersThatAreWrong:
         time.sleep(0.4)  # until the late one is there
         assert connected.read_back("speed") == 10.0
 
-    def test_what_comes_unasked_is_not_taken_for_an_answer(self, connected, acme):
+    def test_unrequested_text_is_not_taken_for_an_answer(self, connected, acme):
         acme.answers["MEAS:TORQ?"] = b"1500.0 mNm\n77.7\n"
         connected.read(["torque"])
         time.sleep(0.05)
@@ -304,18 +304,18 @@ class TestAnswersThatAreWrong:
         assert connected.read_back("speed") == 10.0
 
     @pytest.mark.parametrize(
-        ("ending", "told"),
+        ("ending", "message"),
         [
             ("\r", "LF, as `termination` says"),
             ("\n\r", r"had sent '.r' unasked.*is `termination` right"),
         ],
     )
-    def test_the_wrong_termination(self, device, acme, ending, told):
+    def test_wrong_termination_is_reported(self, device, acme, ending, message):
         acme.ending = ending
-        with pytest.raises((DeviceTimeoutError, DeviceRejectedError), match=told):
+        with pytest.raises((DeviceTimeoutError, DeviceRejectedError), match=message):
             device.connect(2.0)
 
-    def test_the_wrong_termination_of_two_characters(self, bench):
+    def test_wrong_termination_of_two_characters_is_reported(self, bench):
         settings = merged(
             SOURCE, resource=bench.resource, termination="CRLF", write_termination="LF"
         )
@@ -323,8 +323,8 @@ class TestAnswersThatAreWrong:
             instrument("visa", settings).connect(2.0)
 
 
-class TestAnswersToCommandsThatTheStationDoesNotExpect:
-    def test_one_is_not_taken_for_a_read_back(self, bench, acme):
+class TestUnexpectedAnswersToCommands:
+    def test_answer_to_a_command_is_not_taken_for_a_read_back(self, bench, acme):
         acme.answers["SOUR:SPE 600.0"] = "OK"
         acme.slow = {"SOUR:SPE 600.0"}  # it comes after the next query was sent
         settings = merged(SOURCE, resource=bench.resource, error_queue=None)
@@ -337,7 +337,7 @@ class TestAnswersToCommandsThatTheStationDoesNotExpect:
         assert device.read_back("speed") == 20.0
         device.close()
 
-    def test_one_is_not_taken_for_an_error_without_a_word(self, connected, acme):
+    def test_answer_to_a_command_is_reported_as_not_accepted(self, connected, acme):
         acme.answers["SOUR:SPE 600.0"] = "OK"
         acme.slow = {"SOUR:SPE 600.0"}  # it comes after the next query was sent
         with pytest.raises(DeviceRejectedError, match=r"does not accept .*: OK.*`acknowledge`"):
@@ -345,7 +345,7 @@ class TestAnswersToCommandsThatTheStationDoesNotExpect:
         assert connected.read_back("speed") == 10.0
 
 
-def test_the_safe_commands_are_sent_even_if_a_drive_does_not_move(bench, acme, talk):
+def test_safe_commands_are_sent_even_if_a_drive_does_not_move(bench, acme, talk):
     drive = {**SOURCE["drives"]["speed"], "settle": "100 ms"}
     device = instrument("visa", merged(SOURCE, resource=bench.resource, drives={"speed": drive}))
     device.connect(2.0)
@@ -356,15 +356,15 @@ def test_the_safe_commands_are_sent_even_if_a_drive_does_not_move(bench, acme, t
     device.close()
 
 
-class TestConnectionsThatBreak:
-    def test_one_that_is_cut_is_lost_and_told_so(self, connected, acme):
+class TestLostConnections:
+    def test_closed_connection_is_reported_as_lost(self, connected, acme):
         acme.answers["MEAS:TORQ?"] = HANG_UP
         with pytest.raises(
             DeviceLostError, match=r"'MEAS:TORQ.': the other end closed the connection"
         ):
             connected.read(["torque"])
 
-    def test_while_it_is_gone_everything_is_lost(self, connected, bench):
+    def test_calls_fail_as_lost_while_the_instrument_is_gone(self, connected, bench):
         bench.close()
         with pytest.raises(DeviceLostError):
             connected.read(["torque"])
@@ -377,23 +377,23 @@ class TestConnectionsThatBreak:
         assert connected.make_safe() == {"speed": 0.0}
         assert acme.speed == "0.0"
 
-    def test_safety_without_an_instrument_is_no_safety(self, connected, bench):
+    def test_making_safe_fails_without_an_instrument(self, connected, bench):
         connected.set("speed", 10.0)
         bench.close()
         with pytest.raises((DeviceLostError, DeviceNotFoundError, DeviceTimeoutError)):
             connected.make_safe()
 
-    def test_closing_twice_is_fine(self, connected):
+    def test_closing_twice_is_permitted(self, connected):
         connected.close()
         connected.close()
         with pytest.raises(DeviceLostError, match="not connected"):
             connected.read(["torque"])
 
 
-class TestASerialLine:
+class TestSerialLine:
     SERIAL = merged(SOURCE, termination="CRLF", serial={"baud": 115200})
 
-    def test_it_reads_and_sets(self, acme):
+    def test_instrument_on_a_serial_line_reads_and_sets(self, acme):
         acme.ending = "\r\n"
         with peer(SerialPeer, Lines(acme, b"\r\n")) as far:
             device = instrument("visa", merged(self.SERIAL, resource=far.resource))
@@ -402,7 +402,7 @@ class TestASerialLine:
             assert device.read(["torque"]) == {"torque": 1.5}
             device.close()
 
-    def test_one_that_is_unplugged_is_lost(self, acme):
+    def test_unplugged_serial_line_is_reported_as_lost(self, acme):
         acme.ending = "\r\n"
         with peer(SerialPeer, Lines(acme, b"\r\n")) as far:
             device = instrument("visa", merged(self.SERIAL, resource=far.resource))
@@ -418,7 +418,7 @@ class TestASerialLine:
 class TestAcknowledgedCommands:
     SETTINGS = merged(SOURCE, acknowledge="OK", error_queue=None, on_connect=None)
 
-    def test_the_answer_to_a_command_is_taken(self, bench, acme):
+    def test_expected_answer_acknowledges_a_command(self, bench, acme):
         acme.answers |= {"SOUR:SPE 600.0": "OK"}
         acme.speed = "600.0"
         device = instrument("visa", merged(self.SETTINGS, resource=bench.resource))
@@ -427,7 +427,7 @@ class TestAcknowledgedCommands:
         assert device.read(["torque"]) == {"torque": 1.5}
         device.close()
 
-    def test_another_one_is_a_refusal(self, bench, acme):
+    def test_other_answer_refuses_a_command(self, bench, acme):
         acme.answers |= {"SOUR:SPE 600.0": "ERR 7"}
         device = instrument("visa", merged(self.SETTINGS, resource=bench.resource))
         device.connect(2.0)
@@ -437,7 +437,7 @@ class TestAcknowledgedCommands:
 
 
 @pytest.mark.parametrize(
-    ("changes", "told"),
+    ("changes", "message"),
     [
         ({"resource": "COM3"}, "got 'COM3', expected a VISA name such as TCPIP::192"),
         ({"resource": "192.168.0.7:5025"}, "expected a VISA name"),
@@ -455,16 +455,16 @@ class TestAcknowledgedCommands:
         ({"channels": {"t": {"query": "T?", "unit": "K", "pattern": "(.*)", "field": 2}}}, "two"),
     ],
 )
-def test_wrong_settings_are_told(changes, told):
+def test_invalid_settings_are_refused(changes, message):
     settings = {"resource": "TCPIP::127.0.0.1::5025::SOCKET", **SOURCE}
-    with pytest.raises(PluginError, match=told):
+    with pytest.raises(PluginError, match=message):
         instrument("visa", merged(settings, **changes))
 
 
 @pytest.mark.parametrize(
     "command", ["SOUR:SPE", "S {value} {value}", "S {value.real}", "S {speed}"]
 )
-def test_a_command_has_the_set_point_once(command):
+def test_command_must_contain_the_set_point_once(command):
     drive = {**SOURCE["drives"]["speed"], "command": command}
     settings = merged(SOURCE, resource="GPIB0::5::INSTR", drives={"speed": drive})
     with pytest.raises(PluginError, match="has to hold the set-point once"):
@@ -472,7 +472,7 @@ def test_a_command_has_the_set_point_once(command):
 
 
 @pytest.mark.parametrize(
-    ("command", "tolerance", "told"),
+    ("command", "tolerance", "message"),
     [
         ("SPE {value:.0f}", "0.3 rpm", "rounds a set-point by 0.008"),  # 0.5 rpm are 0.0083 Hz
         ("SPE {value:.0f}", "0.6 rpm", ""),
@@ -480,23 +480,23 @@ def test_a_command_has_the_set_point_once(command):
         ("SPE {value}", "0.001 rpm", ""),
     ],
 )
-def test_a_command_that_rounds_beyond_the_tolerance_is_refused(command, tolerance, told):
+def test_command_that_rounds_beyond_the_tolerance_is_refused(command, tolerance, message):
     drive = {**SOURCE["drives"]["speed"], "command": command, "tolerance": tolerance}
     settings = merged(SOURCE, resource="GPIB0::5::INSTR", drives={"speed": drive})
-    if told:
-        with pytest.raises(PluginError, match=told):
+    if message:
+        with pytest.raises(PluginError, match=message):
             instrument("visa", settings)
     else:
         instrument("visa", settings)
 
 
-def test_without_pyvisa_it_says_how_to_get_it(device, monkeypatch):
+def test_missing_package_names_the_extra(device, monkeypatch):
     monkeypatch.setitem(__import__("sys").modules, "pyvisa", None)
     with pytest.raises(PluginError, match=r"'pyvisa' is not installed.*rigrunner\[visa\]"):
         device.connect(1.0)
 
 
-def test_the_line_of_a_serial_port_is_set_up_as_said():
+def test_serial_port_is_set_up_from_its_settings():
     line = {
         "baud": 4800,
         "data_bits": 7,
@@ -513,16 +513,16 @@ def test_the_line_of_a_serial_port_is_set_up_as_said():
     device.close()
 
 
-class TestTheTrial:
-    """What the plugin's record says of itself: a simulation of pyvisa-sim."""
+class TestTrial:
+    """The trial in the plugin's record: a simulation of pyvisa-sim."""
 
     @pytest.fixture
     def device(self):
-        made = instrument("visa", REGISTRY.find("device", "visa").record.trial)
-        yield made
-        made.close()
+        device = instrument("visa", REGISTRY.find("device", "visa").record.trial)
+        yield device
+        device.close()
 
-    def test_it_works_without_an_instrument(self, device):
+    def test_trial_works_without_an_instrument(self, device):
         assert device.connect(1.0) == Identity(
             "(maker not told)", "LSG Serial #1234", "", simulated=True
         )

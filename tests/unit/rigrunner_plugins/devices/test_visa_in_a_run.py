@@ -60,11 +60,11 @@ TESTER = {
         "paced": "no",
     },
 }
-"""Its clock is a simulated one: on a busy machine real blocks come so late that a gap is seen."""
+"""On a simulated clock: on a busy machine real blocks are so late that a gap is reported."""
 
 
 class ScpiTester:
-    """What TESTER talks to; `trouble` is told each message, and may answer in its place."""
+    """The instrument of TESTER; `trouble` gets each message, and may answer in its place."""
 
     def __init__(self, trouble=lambda _: None):
         self.trouble = trouble
@@ -114,7 +114,7 @@ class ScpiTester:
 
 
 class Trouble:
-    """Gives another answer to the nth message that begins so, and keeps to it for `times`."""
+    """Answers differently to `times` messages with a prefix, from the nth on."""
 
     def __init__(self, begins, nth, answer, times=1):
         self.begins, self.after, self.answer, self.left = begins, nth, answer, times
@@ -136,22 +136,22 @@ def tester():
 
 @pytest.fixture
 def bench(tester):
-    with peer(SocketPeer, Lines(tester)) as made:
-        yield made
+    with peer(SocketPeer, Lines(tester)) as server:
+        yield server
 
 
 @pytest.fixture
 def device(bench):
-    made = instrument("visa", merged(TESTER, resource=bench.resource), SimulatedClock())
-    yield made
-    made.close()
+    device = instrument("visa", merged(TESTER, resource=bench.resource), SimulatedClock())
+    yield device
+    device.close()
 
 
 def alarms(listener):
     return " ".join(str(event) for event in listener.events if type(event).__name__ == "Alarm")
 
 
-def test_without_trouble_the_run_completes(device, tester):
+def test_run_without_trouble_completes(device, tester):
     summary = run(device)
     assert summary.outcome is Outcome.COMPLETED, summary.error
     assert summary.safe
@@ -159,7 +159,7 @@ def test_without_trouble_the_run_completes(device, tester):
 
 
 @pytest.mark.parametrize(
-    ("trouble", "kind", "told"),
+    ("trouble", "kind", "message"),
     [
         pytest.param(
             Trouble("FETC?", 3, SILENCE),
@@ -205,20 +205,20 @@ def test_without_trouble_the_run_completes(device, tester):
         ),
     ],
 )
-def test_a_failure_ends_the_run_with_a_clear_message_and_a_safe_rig(
-    device, tester, trouble, kind, told
+def test_failure_ends_the_run_with_a_clear_message_and_a_safe_rig(
+    device, tester, trouble, kind, message
 ):
     tester.trouble = trouble
     summary = run(device)
     assert summary.outcome is Outcome.ERROR
     assert isinstance(summary.error, kind)
-    with pytest.raises(type(summary.error), match=told):
+    with pytest.raises(type(summary.error), match=message):
         raise summary.error
     assert summary.safe
     assert tester.safe
 
 
-def test_where_the_instrument_stays_away_the_run_says_that_the_rig_is_not_safe(device, bench):
+def test_instrument_that_stays_away_leaves_a_rig_reported_unsafe(device, bench):
     def gone(_line):
         bench.close()
         return HANG_UP

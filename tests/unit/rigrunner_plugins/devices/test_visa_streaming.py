@@ -56,7 +56,7 @@ class Stop:
 
 
 class Digitizer:
-    """Angle is the number of the sample in 1/100 deg, torque its negative, once that was taken."""
+    """Angle is the number of the sample in 1/100 deg, torque its negative, at the sample rate."""
 
     def __init__(self):
         self.code, self.rate = "<f4", RATE_HZ
@@ -87,7 +87,7 @@ class Digitizer:
 
     def sent(self, values):
         if self.code == "ascii":
-            return (",".join(f"{each:.6E}" for each in values.ravel()) + "\n").encode()
+            return (",".join(f"{value:.6E}" for value in values.ravel()) + "\n").encode()
         data = values.astype(self.code).tobytes()
         length = str(len(data)).encode()
         return b"#%d%s%s\n" % (len(length), length, data)
@@ -105,23 +105,23 @@ def talk(digitizer):
 
 @pytest.fixture
 def bench(talk):
-    with peer(SocketPeer, talk) as made:
-        yield made
+    with peer(SocketPeer, talk) as server:
+        yield server
 
 
 @pytest.fixture
 def make(bench):
-    made = []
+    devices = []
 
     def connected(**stream):
         stream = merged(STREAM, **stream)
         device = instrument("visa", merged(SETTINGS, resource=bench.resource, stream=stream))
-        made.append(device)
+        devices.append(device)
         device.connect(2.0)
         return device
 
     yield connected
-    for device in made:
+    for device in devices:
         device.close()
 
 
@@ -129,12 +129,12 @@ def joined(blocks, channel):
     return np.concatenate([block.channels[channel] for block in blocks])
 
 
-def test_angle_and_torque_come_sample_by_sample_from_one_clock(make, talk):
+def test_angle_and_torque_are_sampled_together_and_gapless(make, talk):
     device = make()
     assert isinstance(device, Streaming)
-    began = time.monotonic()
+    start_s = time.monotonic()
     blocks = list(device.stream(["torque", "angle"], QUARTER, Stop()))
-    took_s = time.monotonic() - began
+    took_s = time.monotonic() - start_s
     assert [block.first_sample for block in blocks] == [0, 1000, 2000]
     assert [block.samples for block in blocks] == [1000, 1000, 500]
     assert {block.rate_hz for block in blocks} == {RATE_HZ}
@@ -157,19 +157,19 @@ def test_angle_and_torque_come_sample_by_sample_from_one_clock(make, talk):
         ({"format": "ascii", "byte_order": None}, "ascii"),
     ],
 )
-def test_samples_in_other_formats(make, digitizer, settings, code):
+def test_samples_in_other_formats_are_decoded(make, digitizer, settings, code):
     digitizer.code = code
     (block,) = make(**settings).stream(["torque"], 0.1, Stop())
     assert block.channels["torque"] == pytest.approx(-2.0 * np.arange(1000))
 
 
-def test_an_instrument_that_gives_what_it_has(make):
+def test_blocks_may_be_shorter_than_requested(make):
     device = make(fetch="TRAC:DATA?")
     blocks = list(device.stream(["torque"], 0.1, Stop()))
     assert [block.samples for block in blocks] == [700, 300]
 
 
-def test_two_recordings_one_after_the_other_both_begin_at_their_beginning(make):
+def test_second_recording_starts_at_sample_0(make):
     device = make()
     for _ in range(2):
         (block,) = device.stream(["torque"], 0.05, Stop())
@@ -177,31 +177,31 @@ def test_two_recordings_one_after_the_other_both_begin_at_their_beginning(make):
         assert block.channels["torque"][0] == 0.0
 
 
-class TestTheAcquisitionEnds:
-    def test_when_the_run_is_asked_to_stop(self, make, talk):
+class TestEndOfAcquisition:
+    def test_acquisition_ends_when_the_run_is_stopped(self, make, talk):
         assert len(list(make().stream(["angle"], 5.0, Stop(after=2)))) == 2
         assert talk.last("ABOR") == "ABOR"
 
-    def test_when_nobody_wants_more_blocks(self, make, talk):
+    def test_acquisition_ends_when_the_stream_is_closed(self, make, talk):
         device = make()
         blocks = device.stream(["angle"], 5.0, Stop())
         next(blocks)
         blocks.close()
         assert talk.last("ABOR") == "ABOR"
 
-    def test_after_an_error(self, make, digitizer, talk):
+    def test_acquisition_ends_after_an_error(self, make, digitizer, talk):
         digitizer.over = "1"
         with pytest.raises(DeviceRejectedError, match=r"samples were lost.*'TRAC:OVER\?' with '1'"):
             list(make().stream(["angle"], 1.0, Stop()))
         assert talk.last("ABOR") == "ABOR"
 
-    def test_after_silence(self, make, digitizer, talk):
+    def test_acquisition_ends_after_silence(self, make, digitizer, talk):
         digitizer.spoil = lambda _block: SILENCE
         with pytest.raises(DeviceTimeoutError, match=r"no block in answer to 'TRAC:DATA\? 1000'"):
             list(make().stream(["angle"], 1.0, Stop()))
         assert talk.last("ABOR") == "ABOR"
 
-    def test_after_the_connection_broke(self, make, digitizer, talk):
+    def test_acquisition_ends_after_a_lost_connection(self, make, digitizer, talk):
         blocks = []
 
         def breaks(block):
@@ -212,19 +212,19 @@ class TestTheAcquisitionEnds:
             blocks.extend(make().stream(["angle"], 1.0, blocks_seen(blocks)))
         assert talk.last("ABOR") == "ABOR"
 
-    def test_and_where_it_cannot_be_ended_both_errors_are_told(self, make, digitizer, bench):
+    def test_failure_to_end_the_acquisition_is_added_to_the_error(self, make, digitizer, bench):
         def gone(_block):
             bench.close()
             return HANG_UP
 
         digitizer.spoil = gone
-        with pytest.raises(DeviceError) as caught:
+        with pytest.raises(DeviceError) as raised:
             list(make().stream(["angle"], 1.0, Stop()))
-        assert "stopping the acquisition failed too" in " ".join(caught.value.__notes__)
+        assert "stopping the acquisition failed too" in " ".join(raised.value.__notes__)
 
 
 def blocks_seen(blocks):
-    """A stop token that is never set, and counts how often it was looked at."""
+    """A stop token that is never set, and counts how often it was checked."""
 
     class Counts:
         def is_set(self):
@@ -239,7 +239,7 @@ OVERLOAD = struct.pack("<2f", 1, 9.9e37)
 
 
 @pytest.mark.parametrize(
-    ("block", "told"),
+    ("block", "message"),
     [
         (b"1.0,2.0\n", "begins with b'1.', a block begins with # and a digit"),
         (b"#0abcdefgh\n", "of indefinite length, whose end is not marked"),
@@ -252,9 +252,9 @@ OVERLOAD = struct.pack("<2f", 1, 9.9e37)
         (b"#18" + NAN_AND_ONE + b"\n", "angle is nan in sample 0"),
     ],
 )
-def test_blocks_that_are_wrong_are_told(make, digitizer, block, told):
+def test_invalid_blocks_are_reported(make, digitizer, block, message):
     digitizer.spoil = lambda _block: block
-    with pytest.raises(DeviceError, match=told):
+    with pytest.raises(DeviceError, match=message):
         list(make().stream(["angle"], 0.1, Stop()))
 
 
@@ -274,7 +274,7 @@ resources:
 
 
 @pytest.mark.parametrize("answer", ["#18ABCDABCD", "#0ABCDABCD"])
-def test_on_a_bus_the_end_of_the_message_ends_the_block(tmp_path, answer):
+def test_end_of_message_on_a_bus_ends_the_block(tmp_path, answer):
     tmp_path.joinpath("scope.yaml").write_text(GPIB.replace("ANSWER", answer))
     stream = merged(STREAM, format="int16", byte_order="big", samples=2, paced="no", overrun=None)
     settings = merged(SETTINGS, resource="GPIB0::5::INSTR", backend="scope.yaml@sim", stream=stream)
@@ -287,23 +287,21 @@ def test_on_a_bus_the_end_of_the_message_ends_the_block(tmp_path, answer):
     device.close()
 
 
-def test_more_samples_than_asked_for_are_refused(make, digitizer):
+def test_more_samples_than_requested_are_refused(make, digitizer):
     digitizer.spoil = lambda _block: digitizer.sent(digitizer.block(1001))
     with pytest.raises(DeviceRejectedError, match="gives 1001 samples instead of 1000"):
         list(make().stream(["angle"], 1.0, Stop()))
 
 
-class TestTheSampleRate:
-    def test_samples_that_come_too_fast_are_not_at_the_rate_that_the_station_says(
-        self, make, digitizer
-    ):
+class TestSampleRate:
+    def test_samples_faster_than_the_declared_rate_are_refused(self, make, digitizer):
         digitizer.rate = 2 * RATE_HZ
         with pytest.raises(
             DeviceRejectedError, match=r"they take .* sample rate of the instrument"
         ):
             list(make().stream(["angle"], 1.0, Stop()))
 
-    def test_a_start_that_is_slow_to_return_makes_nothing_too_fast(self, bench, digitizer):
+    def test_slow_start_command_does_not_count_as_too_fast(self, bench, digitizer):
         digitizer.slow_s = 0.2
         settings = merged(SETTINGS, resource=bench.resource, stream=STREAM, error_queue={})
         device = instrument("visa", settings)
@@ -311,12 +309,12 @@ class TestTheSampleRate:
         assert len(list(device.stream(["angle"], QUARTER, Stop()))) == 3
         device.close()
 
-    def test_a_buffer_that_was_full_before_may_be_read_at_once(self, make, digitizer):
+    def test_full_buffer_may_be_read_at_once_if_not_paced(self, make, digitizer):
         digitizer.rate = 1e9
         assert len(list(make(paced="no").stream(["angle"], 1.0, Stop()))) == 10
 
 
-def test_a_stream_in_a_rig(make):
+def test_stream_works_in_a_rig(make):
     device = make()
     rig = Rig({"bench": device}, device.clock)
     rig.connect()
@@ -325,16 +323,16 @@ def test_a_stream_in_a_rig(make):
     rig.close()
 
 
-def test_what_is_not_streamed_is_refused_at_once(make):
+def test_channel_that_is_not_streamed_is_refused(make):
     with pytest.raises(DeviceRejectedError, match=r"'speed'.*angle, torque"):
         make().stream(["speed"], 1.0, Stop())
 
 
-def test_the_stream_of_the_page_records(bench, digitizer):
+def test_stream_of_the_manual_records(bench, digitizer):
     page = ROOT / "docs/how-to/bind-a-scpi-instrument.md"
-    (shown,) = [block.code for block in code_blocks(page) if block.file == "stream.yaml"]
+    (stream,) = [block.code for block in code_blocks(page) if block.file == "stream.yaml"]
     digitizer.code = ">f4"
-    settings = merged(SETTINGS, resource=bench.resource, **yaml.safe_load(shown))
+    settings = merged(SETTINGS, resource=bench.resource, **yaml.safe_load(stream))
     device = instrument("visa", settings)
     device.connect(2.0)
     (block,) = device.stream(["angle", "torque"], 0.1, Stop())
@@ -343,7 +341,7 @@ def test_the_stream_of_the_page_records(bench, digitizer):
 
 
 @pytest.mark.parametrize(
-    ("changes", "told"),
+    ("changes", "message"),
     [
         ({"byte_order": None}, "float32 needs byte_order: little or big"),
         ({"samples": 10_000}, "10000 samples take 1 s, expected at most 0.5 s"),
@@ -352,7 +350,7 @@ def test_the_stream_of_the_page_records(bench, digitizer):
         ({"stop": None}, "stop: Field required"),
     ],
 )
-def test_wrong_settings_are_told(changes, told):
+def test_invalid_settings_are_refused(changes, message):
     stream = merged(STREAM, **changes)
-    with pytest.raises(PluginError, match=told):
+    with pytest.raises(PluginError, match=message):
         instrument("visa", merged(SETTINGS, resource="GPIB0::5::INSTR", stream=stream))

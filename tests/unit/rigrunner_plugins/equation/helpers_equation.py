@@ -1,4 +1,4 @@
-"""Runs for the analysis `equation`, made of numbers that a test knows."""
+"""Runs for the analysis `equation`, made of known numbers."""
 
 from __future__ import annotations
 
@@ -38,15 +38,15 @@ def run_of(columns, units, instruments=(), places=None) -> RunData:
     return RunData(
         run_id="r", procedure_id="P", procedure_revision="A", procedure_title="", station_id="s",
         started_utc=START, ended_utc=START, outcome="completed", inputs={},
-        instruments={each.channel: each for each in instruments}, zeros={}, recordings=(),
+        instruments={meter.channel: meter for meter in instruments}, zeros={}, recordings=(),
         measurements=rows,
     )  # fmt: skip
 
 
 def findings(settings, run):
-    """Return what the analysis gives, looked at as in every run; its units must fit."""
+    """Return the scrutinised findings of the analysis; its units must fit."""
     registry = _registry()
-    units = {name: each for row in run.measurements for name, each in row.units.items()}
+    units = {name: unit_ for row in run.measurements for name, unit_ in row.units.items()}
     assert not registry.objections("equation", settings, units)
-    assert all(unit(each) for each in units.values())
+    assert all(unit(unit_) for unit_ in units.values())
     return Scrutiny(registry).make("analysis", "equation", settings)(run)

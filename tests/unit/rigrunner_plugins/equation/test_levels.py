@@ -18,8 +18,8 @@ INPUTS = {"a": "in.level", "b": "out.level", "L": "pad.loss", "P": "meter.power"
 def objections(model: str, unit: str, **changes):
     used = "\nunused = (a - b)*L*P/number(1, dB)"
     result = {"name": "r", "symbol": "R", "unit": unit}
-    told = {"result": result, "inputs": INPUTS, "model": model + used} | changes
-    return list(EquationSettings.model_validate(told).objections(UNITS))
+    settings = {"result": result, "inputs": INPUTS, "model": model + used} | changes
+    return list(EquationSettings.model_validate(settings).objections(UNITS))
 
 
 @pytest.mark.parametrize(
@@ -42,7 +42,7 @@ def objections(model: str, unit: str, **changes):
         ("R = P*L/number(1, dB)", "W"),
     ],
 )
-def test_what_levels_give(model: str, unit: str) -> None:
+def test_valid_models_of_levels_are_accepted(model: str, unit: str) -> None:
     assert not objections(model, unit)
 
 
@@ -63,12 +63,12 @@ def test_what_levels_give(model: str, unit: str) -> None:
         ("R = max(a, L)", 12, "'L', a level, is in max(...) together with 'a', a power", ""),
     ],
 )
-def test_what_a_level_on_a_scale_has_not(model: str, column: int, message: str, hint: str) -> None:
-    (found,) = objections(model, "dBm")
-    assert found[0] == ("model",)
-    assert message in found[1]
-    assert hint in found[2]
-    assert found[3] == column
+def test_misuse_of_a_level_is_refused(model: str, column: int, message: str, hint: str) -> None:
+    (objection,) = objections(model, "dBm")
+    assert objection[0] == ("model",)
+    assert message in objection[1]
+    assert hint in objection[2]
+    assert objection[3] == column
 
 
 @pytest.mark.parametrize(
@@ -82,18 +82,18 @@ def test_what_a_level_on_a_scale_has_not(model: str, column: int, message: str, 
         ("R = 10*log10(P/number(1, mW))", "dBm", "the model gives a difference", "number(0, dBm)"),
     ],
 )
-def test_the_unit_of_levels(model: str, unit: str, message: str, hint: str) -> None:
-    (found,) = objections(model, unit)
-    assert found[0] == ("result", "unit")
-    assert message in found[1]
-    assert hint in found[2]
+def test_unit_of_levels_must_fit(model: str, unit: str, message: str, hint: str) -> None:
+    (objection,) = objections(model, unit)
+    assert objection[0] == ("result", "unit")
+    assert message in objection[1]
+    assert hint in objection[2]
 
 
 @pytest.mark.parametrize("width", ["5 %", "0.2 dBm"])
-def test_a_constant_in_dbm_has_its_uncertainty_in_db(width: str) -> None:
+def test_constant_in_dbm_has_its_uncertainty_in_db(width: str) -> None:
     constant = {"value": "10 dBm", "u": width}
-    (found,) = objections("R = a - c", "dB", constants={"c": constant})
-    assert found == (("constants", "c", "u"), f"'{width}' is no difference of two power levels",
+    (objection,) = objections("R = a - c", "dB", constants={"c": constant})
+    assert objection == (("constants", "c", "u"), f"'{width}' is no difference of two power levels",
                      "write it in dB")  # fmt: skip
     assert not objections("R = a - c", "dB", constants={"c": constant | {"u": "0.2 dB"}})
 
@@ -101,7 +101,7 @@ def test_a_constant_in_dbm_has_its_uncertainty_in_db(width: str) -> None:
 OF_A, OF_B = [-10.02, -9.97, -10.01, -10.04], [-13.11, -13.07, -13.10, -13.04]
 
 
-def one_of(model: str, unit: str, of: str, constants=None):
+def result_of(model: str, unit: str, of: str, constants=None):
     """Return the result of a model of two power meters of ±0.2 dB and ±0.1 dB."""
     run = run_of(
         {"in.level": OF_A, "out.level": OF_B},
@@ -111,14 +111,14 @@ def one_of(model: str, unit: str, of: str, constants=None):
             instrument("out.level", "power level", {"offset": "0.1 dB"}),
         ],
     )
-    told = {
+    settings = {
         "result": {"name": "r", "symbol": "R", "unit": unit},
         "inputs": {name: INPUTS[name] for name in of},
         "constants": constants or {},
         "model": model,
     }
-    (found,) = findings(told, run).results
-    return found
+    (result,) = findings(settings, run).results
+    return result
 
 
 def trials(of, *, seed: int = 1, n: int = 1_000_000):
@@ -134,51 +134,51 @@ def trials(of, *, seed: int = 1, n: int = 1_000_000):
     return of(a, b, c)
 
 
-def test_a_loss_is_a_difference_of_levels() -> None:
+def test_loss_is_a_difference_of_levels() -> None:
     """-13.08 dBm less -10.01 dBm is -3.07 dB; u² = s²/4 of the differences + 0.2²/3 + 0.1²/3."""
-    found = one_of("R = b - a", "dB", "ab")
+    result = result_of("R = b - a", "dB", "ab")
     differences = np.subtract(OF_B, OF_A)
-    assert found.estimate.unit == "dB"
-    assert [each.unit for each in found.components[1:]] == ["dB", "dB"]
-    assert found.estimate.value == pytest.approx(-3.07)
+    assert result.estimate.unit == "dB"
+    assert [line.unit for line in result.components[1:]] == ["dB", "dB"]
+    assert result.estimate.value == pytest.approx(-3.07)
     u = sqrt(np.var(differences, ddof=1) / 4 + 0.05 / 3)
-    assert found.estimate.u == pytest.approx(u, rel=1e-9)
-    off = np.abs(trials(lambda a, b, _: b - a) - found.estimate.value)
-    # Trials count a t of 3 degrees of freedom with three times its u² (JCGM 101, 6.4.9).
-    assert expanded(found.estimate) == pytest.approx(np.quantile(off, 0.95), rel=0.03)
+    assert result.estimate.u == pytest.approx(u, rel=1e-9)
+    off = np.abs(trials(lambda a, b, _: b - a) - result.estimate.value)
+    # In trials a t of 3 degrees of freedom has three times its u² (JCGM 101, 6.4.9).
+    assert expanded(result.estimate) == pytest.approx(np.quantile(off, 0.95), rel=0.03)
 
 
-def test_a_level_shifted_by_a_loss_stays_a_level() -> None:
+def test_level_shifted_by_a_loss_is_a_level() -> None:
     constants = {"c": {"value": "10 dB", "U": "0.3 dB", "k": 2}}
-    found = one_of("R = a + c", "dBm", "a", constants)
-    assert found.estimate.value == pytest.approx(np.mean(OF_A) + 10)
+    result = result_of("R = a + c", "dBm", "a", constants)
+    assert result.estimate.value == pytest.approx(np.mean(OF_A) + 10)
     u = sqrt(np.var(OF_A, ddof=1) / 4 + 0.04 / 3 + 0.15**2)
-    assert found.estimate.u == pytest.approx(u, rel=1e-9)
-    off = np.abs(trials(lambda a, _, c: a + c) - found.estimate.value)
-    assert expanded(found.estimate) == pytest.approx(np.quantile(off, 0.95), rel=0.02)
+    assert result.estimate.u == pytest.approx(u, rel=1e-9)
+    off = np.abs(trials(lambda a, _, c: a + c) - result.estimate.value)
+    assert expanded(result.estimate) == pytest.approx(np.quantile(off, 0.95), rel=0.02)
 
 
-def test_the_power_of_a_level() -> None:
+def test_power_of_a_level_has_its_relative_uncertainty() -> None:
     """-10.01 dBm is 99.77 µW, and 0.1 dB of it 2.3 %."""
-    found = one_of("R = number(1, mW)*10^((a - number(0, dBm))/10)", "mW", "a")
-    assert found.estimate.value == pytest.approx(10 ** (np.mean(OF_A) / 10))
+    result = result_of("R = number(1, mW)*10^((a - number(0, dBm))/10)", "mW", "a")
+    assert result.estimate.value == pytest.approx(10 ** (np.mean(OF_A) / 10))
     values = trials(lambda a, *_: 10 ** (a / 10))
-    inside = np.abs(values - found.estimate.value) <= expanded(found.estimate)
+    inside = np.abs(values - result.estimate.value) <= expanded(result.estimate)
     assert np.mean(inside) == pytest.approx(0.95, abs=0.01)
     scatter = np.var(OF_A, ddof=1) / 4 + 0.04 / 3
-    u = found.estimate.value * np.log(10) / 10 * sqrt(scatter)
-    assert found.estimate.u == pytest.approx(u, rel=1e-3)
+    u = result.estimate.value * np.log(10) / 10 * sqrt(scatter)
+    assert result.estimate.u == pytest.approx(u, rel=1e-3)
 
 
-def test_the_level_of_a_power() -> None:
+def test_level_of_a_power_has_its_uncertainty_in_db() -> None:
     """2 mW ± 5 %: 3.0103 dBm, and u = 10/ln(10) 5 %/sqrt(3) = 0.125 dB."""
     run = run_of({"meter.power": [2e-3]}, {"meter.power": "W"},
                  [instrument("meter.power", "power", {"gain": "5 %"})])  # fmt: skip
-    told = {
+    settings = {
         "result": {"name": "r", "symbol": "R", "unit": "dBm"},
         "inputs": {"P": "meter.power"},
         "model": "R = number(0, dBm) + 10*log10(P/number(1, mW))",
     }
-    (found,) = findings(told, run).results
-    assert found.estimate.value == pytest.approx(10 * log10(2))
-    assert found.estimate.u == pytest.approx(10 / np.log(10) * 0.05 / sqrt(3), rel=2e-3)
+    (result,) = findings(settings, run).results
+    assert result.estimate.value == pytest.approx(10 * log10(2))
+    assert result.estimate.u == pytest.approx(10 / np.log(10) * 0.05 / sqrt(3), rel=2e-3)

@@ -1,4 +1,4 @@
-"""A model is read to its equations, or refused with the place in its text."""
+"""A model is parsed into its equations, or refused with the position in its text."""
 
 from __future__ import annotations
 
@@ -20,14 +20,14 @@ TOLD = {
 UNITS = {"meter.voltage": "V", "meter.current": "A", "chamber.temperature": "K"}
 
 
-def told(**changes):
+def settings_of(**changes):
     return EquationSettings.model_validate({**TOLD, **changes})
 
 
 def refusal(**changes):
-    with pytest.raises(ValidationError) as caught:
-        told(**changes)
-    (error,) = caught.value.errors()
+    with pytest.raises(ValidationError) as raised:
+        settings_of(**changes)
+    (error,) = raised.value.errors()
     return error
 
 
@@ -42,8 +42,8 @@ def refusal(**changes):
         "R = max(U, -U)/abs(I) + mean(U/I, U/I)*alpha*(min(t, t0) - t0)",
     ],
 )
-def test_models_that_are_understood(model):
-    assert not list(told(model=model).objections(UNITS))
+def test_valid_models_are_accepted(model):
+    assert not list(settings_of(model=model).objections(UNITS))
 
 
 HOSTILE = [
@@ -93,10 +93,10 @@ HOSTILE = [
 
 
 @pytest.mark.parametrize(("model", "column", "message"), HOSTILE)
-def test_hostile_models_are_refused_with_their_place_within_a_second(model, column, message):
-    began = time.process_time()
+def test_hostile_models_are_refused_with_their_column_within_a_second(model, column, message):
+    start_s = time.process_time()
     error = refusal(model=model)
-    assert time.process_time() - began < 1
+    assert time.process_time() - start_s < 1
     assert error["loc"] == ("model",)
     assert re.search(message, error["msg"])
     assert getattr(error.get("ctx", {}).get("error"), "column", 1) == column
@@ -120,12 +120,12 @@ def test_hostile_models_are_refused_with_their_place_within_a_second(model, colu
         ("R = -t/t0*U/I", 6, "'t' is a temperature on a scale"),
     ],
 )
-def test_kinds_that_do_not_fit_are_told_with_the_place_of_the_first(model, column, message):
+def test_mismatched_kinds_are_reported_at_the_first_column(model, column, message):
     used = "\nunused = U*I*alpha*(t - t0)"
-    (found,) = told(model=model + used).objections(UNITS)
-    assert found[0] == ("model",)
-    assert message in found[1]
-    assert found[3] == column
+    (objection,) = settings_of(model=model + used).objections(UNITS)
+    assert objection[0] == ("model",)
+    assert message in objection[1]
+    assert objection[3] == column
 
 
 @pytest.mark.parametrize(
@@ -136,12 +136,12 @@ def test_kinds_that_do_not_fit_are_told_with_the_place_of_the_first(model, colum
         ("Ω", "R = U*I*alpha*(t - t0)", "the model gives a power"),
     ],
 )
-def test_the_unit_of_the_result_is_that_of_the_model(unit, model, message):
-    (found,) = told(result={"name": "r", "symbol": "R", "unit": unit}, model=model).objections(
-        UNITS
-    )
-    assert found[0] == ("result", "unit")
-    assert message in found[1]
+def test_unit_of_the_result_must_be_that_of_the_model(unit, model, message):
+    (objection,) = settings_of(
+        result={"name": "r", "symbol": "R", "unit": unit}, model=model
+    ).objections(UNITS)
+    assert objection[0] == ("result", "unit")
+    assert message in objection[1]
 
 
 @pytest.mark.parametrize(
@@ -164,27 +164,27 @@ def test_the_unit_of_the_result_is_that_of_the_model(unit, model, message):
         ("V·s^2", "R = U*number(1, s)^2"),
     ],
 )
-def test_kinds_go_through_the_model(unit, model):
+def test_kinds_are_derived_through_the_model(unit, model):
     used = "\nunused = U*I*alpha*(t - t0)"
-    found = told(result={"name": "r", "symbol": "R", "unit": unit}, model=model + used)
-    assert not list(found.objections(UNITS))
+    settings = settings_of(result={"name": "r", "symbol": "R", "unit": unit}, model=model + used)
+    assert not list(settings.objections(UNITS))
 
 
 @pytest.mark.parametrize(("unit", "model"), [("Hz", "R = number(50, rad/s)"),
                                              ("rad/s", "R = number(50, Hz)")])  # fmt: skip
-def test_a_frequency_is_no_angular_velocity(unit, model):
+def test_frequency_is_no_angular_velocity(unit, model):
     used = "\nunused = U*I*alpha*(t - t0)"
-    told_ = told(result={"name": "r", "symbol": "R", "unit": unit}, model=model + used)
-    (found,) = told_.objections(UNITS)
-    assert found[2] == "between 1/s and rad/s is 2*pi"
+    settings_ = settings_of(result={"name": "r", "symbol": "R", "unit": unit}, model=model + used)
+    (objection,) = settings_.objections(UNITS)
+    assert objection[2] == "between 1/s and rad/s is 2*pi"
 
 
-def test_a_temperature_in_kelvin_beside_a_channel_may_be_meant_as_either():
-    (found,) = told(
+def test_ambiguous_temperature_in_kelvin_is_refused():
+    (objection,) = settings_of(
         constants={"alpha": "0.1 1/K", "t0": "273.15 K"}, model="R = U/I*alpha*(t - t0)/alpha/t0"
     ).objections(UNITS)
-    assert found[0] == ("constants", "t0")
-    assert found[2] == "write the temperature in °C: 0 °C"
+    assert objection[0] == ("constants", "t0")
+    assert objection[2] == "write the temperature in °C: 0 °C"
 
 
 @pytest.mark.parametrize(
@@ -210,5 +210,5 @@ def test_a_temperature_in_kelvin_beside_a_channel_may_be_meant_as_either():
         ({"correlations": [{"between": ["U", "I"], "r": 1.5}]}, "less than or equal to 1"),
     ],
 )  # fmt: skip
-def test_settings_that_do_not_fit_together(changes, message):
+def test_contradictory_settings_are_refused(changes, message):
     assert message in refusal(**changes)["msg"]

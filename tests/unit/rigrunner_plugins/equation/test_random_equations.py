@@ -1,7 +1,7 @@
 """200 random equations: value, u and degrees of freedom against GTC, k and coverage by trials.
 
 GTC (Measurement Standards Laboratory of New Zealand) takes the text of each equation as Python,
-with uncertain numbers of its own; the trials are plain numpy, written here.
+with its own uncertain numbers; the trials are plain numpy, written here.
 """
 
 from __future__ import annotations
@@ -53,23 +53,23 @@ class Case:
         )
         n = len(self.readings)
         x = (self.readings.mean(), self.readings.std(ddof=1) / sqrt(n), n - 1, "t")
-        self.known = {"x": x}
+        self.inputs = {"x": x}
         for name in names[1:]:
             shape = str(rng.choice(SHAPES))
             dof = float(rng.integers(0, 25) + least_dof) if shape == "t" else inf
-            self.known[name] = (rng.uniform(1, 3), rng.uniform(0.0005, 0.01), dof, shape)
+            self.inputs[name] = (rng.uniform(1, 3), rng.uniform(0.0005, 0.01), dof, shape)
 
     def ours(self):
         constants = {}
-        for name, (value, u, dof, shape) in self.known.items():
+        for name, (value, u, dof, shape) in self.inputs.items():
             if name == "x":
                 continue
-            told = {"value": value, "u": u}
+            constant = {"value": value, "u": u}
             if shape == "t":
-                told["degrees_of_freedom"] = dof
+                constant["degrees_of_freedom"] = dof
             elif shape in HALF_WIDTH:
-                told = {"value": value, "limits": u * HALF_WIDTH[shape], "distribution": shape}
-            constants[name] = told
+                constant = {"value": value, "limits": u * HALF_WIDTH[shape], "distribution": shape}
+            constants[name] = constant
         settings = {
             "result": {"name": "y", "unit": "1"}, "model": self.text, "second_order": "no",
             "inputs": {"x": {"of": "meter.ratio", "instrument": False}}, "constants": constants,
@@ -78,7 +78,7 @@ class Case:
         return findings(settings, run).results[0].estimate
 
     def by_gtc(self):
-        numbers = {name: GTC.ureal(v, u, dof) for name, (v, u, dof, _) in self.known.items()}
+        numbers = {name: GTC.ureal(v, u, dof) for name, (v, u, dof, _) in self.inputs.items()}
         functions = {name: getattr(GTC, name) for name in
                      ("sqrt", "exp", "log", "log10", "sin", "cos", "tan", "atan")}  # fmt: skip
         return eval(self.text, {"__builtins__": {}}, functions | numbers)  # noqa: S307  (made here)
@@ -86,7 +86,7 @@ class Case:
     def by_trials(self):
         rng = np.random.default_rng(7)
         drawn = {}
-        for name, (value, u, dof, shape) in self.known.items():
+        for name, (value, u, dof, shape) in self.inputs.items():
             unit = {
                 "normal": lambda: rng.standard_normal(TRIALS),
                 "t": lambda dof=dof: rng.standard_t(dof, TRIALS),
@@ -103,7 +103,7 @@ class Case:
         )  # fmt: skip
 
 
-def test_value_u_and_degrees_of_freedom_are_those_of_gtc():
+def test_value_u_and_degrees_of_freedom_equal_those_of_gtc():
     for case in map(Case, range(examples(COUNT))):
         ours, y = case.ours(), case.by_gtc()
         assert ours.value == pytest.approx(y.x, rel=1e-12), case.text
@@ -113,12 +113,12 @@ def test_value_u_and_degrees_of_freedom_are_those_of_gtc():
 
 
 @pytest.mark.thorough
-def test_the_interval_holds_what_it_claims():
-    """y ± k u holds 95 % of plain trials, by the shape of the sum.
+def test_interval_covers_95_percent():
+    """y ± k u covers 95 % of plain trials, with k of the shape of the sum.
 
-    Of 30 and more degrees of freedom: of fewer, trials of a scaled t are wider than what Welch and
-    Satterthwaite find (JCGM 101:2008, 5.11.2). What is flatter than a rectangle, such as an arcsine
-    alone, is taken as one: the interval is then too wide.
+    From 30 degrees of freedom on: with fewer, trials of a scaled t are wider than by Welch and
+    Satterthwaite (JCGM 101:2008, 5.11.2). A shape flatter than a rectangle, such as an arcsine,
+    counts as a rectangle: the interval is then too wide.
     """
     shares, ks = [], []
     for seed in range(COUNT):

@@ -38,13 +38,13 @@ def equation(name, unit, model, inputs, **more):
                          "inputs": inputs, **more})  # fmt: skip
 
 
-def found(*analyses, meters=METERS, places=PLACES):
+def results_of(*analyses, meters=METERS, places=PLACES):
     columns = {"meter.voltage": VOLT, "meter.current": AMPERE}
     run = run_of(columns, UNITS, meters, places)
-    asked = [AnalysisRef.model_validate({name: told}) for name, told in analyses]
-    made = findings_of(run, asked, Scrutiny(registry()))
-    assert not [missing for each in made for missing in each.missing]
-    return [result for each in made for result in each.results]
+    references = [AnalysisRef.model_validate({name: settings}) for name, settings in analyses]
+    findings_ = findings_of(run, references, Scrutiny(registry()))
+    assert not [missing for findings in findings_ for missing in findings.missing]
+    return [result for findings in findings_ for result in findings.results]
 
 
 def mean(values):
@@ -55,9 +55,9 @@ def read(values, gain, offset=0.0):
     return mean(values) * (1 + gain) + offset
 
 
-def test_a_ratio_of_two_results_of_one_meter_has_its_gain_once():
+def test_ratio_of_two_results_of_one_meter_has_its_gain_once():
     """The gain cancels; the offset acts by its difference; the scatters are independent."""
-    high, low, ratio = found(
+    high, low, ratio = results_of(
         readings("high", 2), readings("low", 1),
         equation("ratio", "1", "a / b", {"a": "high", "b": "low"}),
     )  # fmt: skip
@@ -66,29 +66,29 @@ def test_a_ratio_of_two_results_of_one_meter_has_its_gain_once():
     assert ratio.estimate.value == pytest.approx(expected.x, rel=1e-12)
     assert ratio.estimate.u == pytest.approx(expected.u, rel=1e-6)
     assert ratio.estimate.dof == pytest.approx(expected.df, rel=1e-4)
-    lines = {each.name: each.u for each in ratio.components}
+    lines = {line.name: line.u for line in ratio.components}
     assert lines["gain of meter.voltage"] == pytest.approx(0, abs=1e-9)
     independent = ratio.estimate.value * sqrt(
-        sum((each.estimate.u / each.estimate.value) ** 2 for each in (high, low))
+        sum((result.estimate.u / result.estimate.value) ** 2 for result in (high, low))
     )
     assert ratio.estimate.u < independent * 0.9
 
 
-def test_an_error_in_one_figure_may_be_another_at_each_reading():
-    """A difference of two readings has it twice: nobody states what they have in common."""
+def test_error_in_one_figure_may_differ_at_each_reading():
+    """A difference of two readings has it twice: their common part is not stated."""
     meters = (instrument("meter.voltage", "voltage", "2 mV"),)
-    *_, off = found(
+    *_, off = results_of(
         readings("high", 2), readings("low", 1),
         equation("off", "V", "a - b", {"a": "high", "b": "low"}), meters=meters,
     )  # fmt: skip
-    each = GTC.ureal(0, 0.002 / sqrt(3)), GTC.ureal(0, 0.002 / sqrt(3))
-    expected = read(VOLT[:4], 0, each[0]) - read(VOLT[4:], 0, each[1])
+    voltages = GTC.ureal(0, 0.002 / sqrt(3)), GTC.ureal(0, 0.002 / sqrt(3))
+    expected = read(VOLT[:4], 0, voltages[0]) - read(VOLT[4:], 0, voltages[1])
     assert off.estimate.u == pytest.approx(expected.u, rel=1e-9)
 
 
-def test_an_equation_of_an_equation_and_of_a_channel_of_the_same_meter():
+def test_equation_of_an_equation_and_a_channel_of_the_same_meter():
     """R = U / I first, then P = R I^2: the current's gain acts by its whole slope."""
-    *_, power = found(
+    *_, power = results_of(
         equation("power", "W", "R * I^2 * c", {"R": "resistance", "I": "meter.current"},
                  constants={"c": {"value": 1.0, "limits": 0.001}}, per=["load.current"]),
         readings("first", 2),
@@ -98,7 +98,7 @@ def test_an_equation_of_an_equation_and_of_a_channel_of_the_same_meter():
     )[:2][1:]  # fmt: skip
     gain, offset = GTC.ureal(0, 0.001 / sqrt(3)), GTC.ureal(0, 0.002 / sqrt(3))
     of_current, c = GTC.ureal(0, 0.002 / sqrt(3)), GTC.ureal(1, 0.001 / sqrt(3))
-    other_c = GTC.ureal(2, 0.001 / sqrt(3))  # another constant of the same name
+    other_c = GTC.ureal(2, 0.001 / sqrt(3))  # a different constant of the same name
     volt, ampere = (
         GTC.multiple_ureal(
             [VOLT[4:].mean(), AMPERE[4:].mean()],
@@ -107,19 +107,19 @@ def test_an_equation_of_an_equation_and_of_a_channel_of_the_same_meter():
     )  # fmt: skip
     GTC.set_correlation(np.corrcoef(VOLT[4:], AMPERE[4:])[0, 1], volt, ampere)
     resistance = (volt * (1 + gain) + offset) / (ampere * (1 + of_current)) / other_c
-    again = read(AMPERE[4:], of_current)  # its scatter counts as another one
+    again = read(AMPERE[4:], of_current)  # its scatter counts as independent
     expected = resistance * again**2 * c
     assert power.estimate.value == pytest.approx(expected.x, rel=1e-12)
     assert power.estimate.u == pytest.approx(expected.u, rel=1e-6)
     assert power.place == "load.current = 1 A"
 
 
-def test_the_value_of_a_curve_enters_with_its_budget():
+def test_value_of_a_curve_enters_with_its_budget():
     curve = ("curve", {
         "of": "meter.voltage", "over": "load.current", "fit": {"polynomial": {"degree": 1}},
         "results": {"value": {"name": "at_one", "at": "1.5 A", "unit": "mV"}},
     })  # fmt: skip
-    single, double = found(
+    single, double = results_of(
         curve, equation("twice", "V", "2 * a", {"a": "at_one"}),
         places=[2.0, 1.9, 2.1, 2.0, 1.0, 1.1, 0.9, 1.0],
     )  # fmt: skip
@@ -128,17 +128,17 @@ def test_the_value_of_a_curve_enters_with_its_budget():
     assert double.estimate.dof == pytest.approx(single.estimate.dof, rel=1e-6)
 
 
-def test_a_result_at_each_place_goes_with_that_of_the_same_place():
-    *_, two, one = found(
+def test_result_at_each_place_is_paired_with_that_of_the_same_place():
+    *_, two, one = results_of(
         readings("voltage", None), equation("half", "V", "a / 2", {"a": "voltage"},
                                             per=["load.current"]),
     )  # fmt: skip
-    assert [each.place for each in (two, one)] == ["load.current = 2 A", "load.current = 1 A"]
+    assert [result.place for result in (two, one)] == ["load.current = 2 A", "load.current = 1 A"]
     assert one.estimate.value == pytest.approx(VOLT[4:].mean() / 2)
 
 
-def test_what_is_made_of_a_result_without_a_value_has_none_at_that_place():
-    """R = U / I has none at 0 A; U + U there is another line of the same model, and has one."""
+def test_equation_of_a_missing_result_is_missing_at_that_place():
+    """R = U / I has no value at 0 A; U + U, in the same model as power, has one."""
     columns = {"meter.voltage": VOLT[:2], "meter.current": np.array([0.0, 0.02])}
     of = {"inputs": {"U": "meter.voltage", "I": "meter.current"}, "per": ["load.current"]}
     analyses = [
@@ -150,26 +150,28 @@ def test_what_is_made_of_a_result_without_a_value_has_none_at_that_place():
             "inputs": {"R": "R", **of["inputs"]}, "per": ["load.current"],
         }),
     ]  # fmt: skip
-    asked = [AnalysisRef.model_validate({name: told}) for name, told in analyses]
-    made = findings_of(run_of(columns, UNITS, METERS, [0.0, 1.0]), asked, Scrutiny(registry()))
-    assert [each.sentence for one in made for each in one.missing] == [
+    references = [AnalysisRef.model_validate({name: settings}) for name, settings in analyses]
+    findings_ = findings_of(
+        run_of(columns, UNITS, METERS, [0.0, 1.0]), references, Scrutiny(registry())
+    )
+    assert [gap.sentence for findings in findings_ for gap in findings.missing] == [
         "There is no value of R at load.current = 0 A: 'U / I' gives no finite number.",
         "There is no value of twice at load.current = 0 A: there is none of R.",
         "There is no value of power at load.current = 0 A: there is none of R.",
     ]
-    assert [(each.name, each.place) for one in made for each in one.results] == [
+    assert [(result.name, result.place) for part in findings_ for result in part.results] == [
         ("R", "load.current = 1 A"), ("twice", "load.current = 1 A"),
         ("power", "load.current = 1 A"),
         ("double", "load.current = 0 A"), ("double", "load.current = 1 A"),
     ]  # fmt: skip
-    assert made[2].results[1].estimate.value == pytest.approx(2 * VOLT[0])
+    assert findings_[2].results[1].estimate.value == pytest.approx(2 * VOLT[0])
 
 
-def test_a_constant_of_two_results_is_one_error_whatever_the_symbols_of_the_model_are():
-    """R_N cancels in a ratio of two currents, also where that ratio is called R_N."""
+def test_shared_constant_is_one_error_for_any_symbols():
+    """R_N cancels in a ratio of two currents, even if that ratio is called R_N."""
     of = {"constants": {"R_N": {"value": "10 Ω", "u": "0.1 Ω"}}}
     volt = {"U": "meter.voltage"}
-    *_, ratio = found(
+    *_, ratio = results_of(
         equation("one", "A", "U / R_N", volt, where={"load.current": "1 A"}, **of),
         equation("two", "A", "U / R_N", volt, where={"load.current": "2 A"}, **of),
         ("equation", {
@@ -177,12 +179,12 @@ def test_a_constant_of_two_results_is_one_error_whatever_the_symbols_of_the_mode
             "inputs": {"a": "one", "b": "two"},
         }),
     )  # fmt: skip
-    (line,) = (each for each in ratio.components if each.name.startswith("R_N"))
+    (line,) = (line for line in ratio.components if line.name.startswith("R_N"))
     assert line.u == pytest.approx(0, abs=1e-12)
 
 
 def test_results_with_the_same_correlated_constants_are_not_combined():
-    """u(A + B) is twice u(A), and no line says so: it would be sqrt(2) u(A)."""
+    """u(A + B) is twice u(A); from the budget lines it would be sqrt(2) u(A)."""
     of = {
         "constants": {name: {"value": "1 V", "u": "0.1 V"} for name in "ab"},
         "correlations": [{"between": ["a", "b"], "r": 0.5}],
@@ -195,24 +197,28 @@ def test_results_with_the_same_correlated_constants_are_not_combined():
         equation("with_own", "V", "A + a + b", {"A": "one"},
                  constants=of["constants"], correlations=of["correlations"]),
     ]  # fmt: skip
-    asked = [AnalysisRef.model_validate({name: told}) for name, told in analyses]
+    references = [AnalysisRef.model_validate({name: settings}) for name, settings in analyses]
     columns = {"meter.voltage": VOLT, "meter.current": AMPERE}
-    made = findings_of(run_of(columns, UNITS, METERS, PLACES), asked, Scrutiny(registry()))
-    assert [each.name for one in made for each in one.results] == ["one", "two"]
-    assert [each.why.partition(", and what")[0] for one in made for each in one.missing] == [
+    findings_ = findings_of(
+        run_of(columns, UNITS, METERS, PLACES), references, Scrutiny(registry())
+    )
+    assert [result.name for findings in findings_ for result in findings.results] == ["one", "two"]
+    assert [
+        gap.why.partition(", and what")[0] for findings in findings_ for gap in findings.missing
+    ] == [
         "'a and b, correlated' is a line of one and of two",
         "'a and b, correlated' is a line of one and of the model",
     ]
 
 
-def test_results_that_are_made_of_each_other_are_refused():
+def test_circular_results_are_refused():
     with pytest.raises(DataError, match="of each other"):
-        found(equation("one", "V", "b", {"b": "two"}), equation("two", "V", "a", {"a": "one"}))
+        results_of(equation("one", "V", "b", {"b": "two"}), equation("two", "V", "a", {"a": "one"}))
 
 
-def test_the_scatter_of_a_result_in_two_equations_is_one_error():
-    """a = 2 z and b = 3 z, of one zero z of four readings: a + b = 5 z, and b - 1.5 a is exact."""
-    zero, *_, total, none = found(
+def test_scatter_of_a_result_in_two_equations_is_one_error():
+    """a = 2 z and b = 3 z, for one zero z of four readings: a + b = 5 z, and b - 1.5 a is exact."""
+    zero, *_, total, none = results_of(
         readings("zero", 1),
         equation("a", "V", "2 * z", {"z": "zero"}), equation("b", "V", "3 * z", {"z": "zero"}),
         equation("total", "V", "a + b", {"a": "a", "b": "b"}),
@@ -223,18 +229,18 @@ def test_the_scatter_of_a_result_in_two_equations_is_one_error():
     assert none.estimate.u == pytest.approx(0, abs=1e-12)
 
 
-def test_at_each_place_two_equations_share_the_error_of_the_result_there():
+def test_two_equations_share_the_error_of_a_result_at_each_place():
     at = {"per": ["load.current"]}
     meters = (instrument("meter.voltage", "voltage", "2 mV"),)
-    *_, total, _ = found(
+    *_, total, _ = results_of(
         readings("v", None),
         equation("two", "V", "2 * v", {"v": "v"}, **at),
         equation("three", "V", "3 * v", {"v": "v"}, **at),
         equation("total", "V", "a + b", {"a": "two", "b": "three"}, **at), meters=meters,
     )  # fmt: skip
-    each = GTC.ureal(0, 0.002 / sqrt(3))
+    error = GTC.ureal(0, 0.002 / sqrt(3))
     assert total.place == "load.current = 2 A"
-    expected = 5 * read(VOLT[:4], 0, each)
+    expected = 5 * read(VOLT[:4], 0, error)
     assert total.estimate.u == pytest.approx(expected.u, rel=1e-9)
     assert total.estimate.dof == pytest.approx(expected.df, rel=1e-4)
 
@@ -244,30 +250,30 @@ def test_errors_in_one_figure_of_results_that_add_up_count_as_equal():
     meters = (instrument("meter.voltage", "voltage", "2 mV"),)
     volt = {"V": "meter.voltage"}
     at = {"where": {"load.current": "1 A"}}
-    one, two, both, less = found(
+    one, two, total, difference = results_of(
         equation("one", "V", "V", volt, **at), equation("two", "V", "2 * V", volt, **at),
         equation("both", "V", "a + b", {"a": "one", "b": "two"}),
         equation("less", "V", "b - a", {"a": "one", "b": "two"}), meters=meters,
     )  # fmt: skip
     u = 0.002 / sqrt(3)
-    lines = {each.name: each for each in both.components}
-    (line,) = (each for name, each in lines.items() if name.startswith("reading of"))
+    lines = {line.name: line for line in total.components}
+    (line,) = (line for name, line in lines.items() if name.startswith("reading of"))
     assert line.u == pytest.approx(3 * u, rel=1e-9)
     assert not line.shared
-    of_difference = [each.u for each in less.components if each.name.startswith("reading of")]
+    of_difference = [line.u for line in difference.components if line.name.startswith("reading of")]
     assert np.linalg.norm(of_difference) == pytest.approx(sqrt(5) * u, rel=1e-9)
-    assert one.estimate.value + two.estimate.value == pytest.approx(both.estimate.value)
+    assert one.estimate.value + two.estimate.value == pytest.approx(total.estimate.value)
 
 
-def test_a_mean_over_places_keeps_the_scatter_of_what_all_of_them_use():
+def test_mean_over_places_keeps_the_scatter_of_a_common_result():
     """y = V - zero at two places, zero of four readings: the mean has all of its scatter."""
-    zero, *net = found(
+    zero, *net = results_of(
         readings("zero", 1),
         equation("net", "V", "V - z", {"V": "meter.voltage", "z": "zero"}, per=["load.current"]),
     )  # fmt: skip
     gain = 0.001 / sqrt(3)
-    scatter = [each.std(ddof=1) / 2 for each in (VOLT[:4], VOLT[4:])]
-    mean_net = sum(each.estimate.value for each in net) / 2
+    scatter = [volts.std(ddof=1) / 2 for volts in (VOLT[:4], VOLT[4:])]
+    mean_net = sum(result.estimate.value for result in net) / 2
     expected = sqrt(
         (scatter[0] ** 2 + scatter[1] ** 2) / 4 + scatter[1] ** 2 + (gain * mean_net) ** 2
     )
@@ -277,30 +283,30 @@ def test_a_mean_over_places_keeps_the_scatter_of_what_all_of_them_use():
 
 @pytest.mark.parametrize("inputs", [("a", "zero"), ("zero", "a"), ("zero", "zero")])
 @pytest.mark.parametrize("per", [{}, {"per": ["load.current"]}])
-def test_a_result_beside_one_that_is_made_of_it_is_one_error(inputs, per):
-    """With a = 2 z, a + z is 3 z and z + z is 2 z: they were independent, or a traceback."""
+def test_result_beside_an_equation_of_it_is_one_error(inputs, per):
+    """With a = 2 z, a + z is 3 z and z + z is 2 z."""
     meters = (instrument("meter.voltage", "voltage", "2 mV"),)
-    zero, *_, total = found(
+    zero, *_, total = results_of(
         readings("zero", None if per else 1),
         equation("a", "V", "2 * z", {"z": "zero"}, **per),
         equation("total", "V", "x + y", dict(zip("xy", inputs, strict=True)), **per), meters=meters,
     )  # fmt: skip
-    times = sum(2 if each == "a" else 1 for each in inputs)
+    times = sum(2 if name == "a" else 1 for name in inputs)
     expected = times * read(VOLT[4:], 0, GTC.ureal(0, 0.002 / sqrt(3)))
     assert total.estimate.u == pytest.approx(expected.u, rel=1e-9)
     assert total.estimate.dof == pytest.approx(expected.df, rel=1e-6)
     assert zero.estimate.u > 0
 
 
-def test_an_offset_stated_as_a_share_of_the_reading_adds_up_in_a_sum():
+def test_offset_relative_to_the_reading_adds_up_in_a_sum():
     """0.1 % of 5 V and of 2.5 V, of one meter: as independent errors 3.2 mV for 4.3 mV."""
     meters = (instrument("meter.voltage", "voltage", {"offset": "0.1 % reading"}),)
-    *_, total, off = found(
+    *_, total, off = results_of(
         readings("high", 2), readings("low", 1),
         equation("total", "V", "a + b", {"a": "high", "b": "low"}),
         equation("off", "V", "a - b", {"a": "high", "b": "low"}), meters=meters,
     )  # fmt: skip
     limits = 0.001 * np.array([VOLT[:4].max(), VOLT[4:].max()]) / sqrt(3)
     for result, expected in ((total, limits.sum()), (off, np.linalg.norm(limits))):
-        lines = [each.u for each in result.components if each.name.startswith("offset")]
+        lines = [line.u for line in result.components if line.name.startswith("offset")]
         assert np.linalg.norm(lines) == pytest.approx(expected, rel=1e-6)

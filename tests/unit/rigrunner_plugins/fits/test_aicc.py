@@ -21,27 +21,27 @@ def chosen(curve):
     return [candidate.formula for candidate in curve.candidates if candidate.chosen]
 
 
-def test_the_chosen_curve_is_that_of_its_powers():
+def test_chosen_curve_equals_the_basis_fit_of_its_powers():
     curve = fit(Points(X, Y))
-    alone = BasisFit(BasisSettings(powers=[0, 1, 4]))(Points(X, Y))
-    assert curve.coefficients.tolist() == alone.coefficients.tolist()
-    assert curve.covariance.tolist() == alone.covariance.tolist()
-    assert chosen(curve) == [curve.formula] == [alone.formula]
+    basis = BasisFit(BasisSettings(powers=[0, 1, 4]))(Points(X, Y))
+    assert curve.coefficients.tolist() == basis.coefficients.tolist()
+    assert curve.covariance.tolist() == basis.covariance.tolist()
+    assert chosen(curve) == [curve.formula] == [basis.formula]
 
 
 @pytest.mark.parametrize("y", [1 + 0.5 * X, 7 + 0.125 * X, 3e-9 * X, np.full(8, 0.3), np.zeros(8)])
-def test_of_candidates_that_are_exact_the_simplest_is_chosen(y):
+def test_simplest_of_exact_candidates_is_chosen(y):
     assert chosen(fit(Points(X, y), candidates=[[0, 1, 2], [0, 1], [0, 1, 2, 3]])) == [
         "T = c0 + c1·f"
     ]
 
 
-def test_a_tie_goes_to_the_first_named():
+def test_tie_goes_to_the_first_candidate():
     assert chosen(fit(Points(X, np.zeros(8)), candidates=[[0, 3], [0, 2]])) == ["T = c0 + c3·f³"]
 
 
 def test_weights_decide_the_choice():
-    """A line but for three points that are hardly known."""
+    """A line except for three points of very large uncertainty."""
     y = 1 + 0.1 * X + np.array([0.0, 0.01, -0.01, 0.01, -0.01, 0.3, 0.6, 1.2])
     u_y = np.array([0.01] * 5 + [10.0] * 3)
     candidates = [[0, 1], [0, 1, 2]]
@@ -50,7 +50,7 @@ def test_weights_decide_the_choice():
     assert chosen(weighted) == ["T = c0 + c1·f"]
 
 
-def test_what_cannot_be_fitted_says_why_and_the_others_stand():
+def test_candidate_that_cannot_be_fitted_says_why():
     curve = fit(Points(X[:6], Y[:6]))
     assert [candidate.problem for candidate in curve.candidates] == [
         "", "", "", "AICc of 4 coefficients needs 7 points, got 6",
@@ -59,7 +59,7 @@ def test_what_cannot_be_fitted_says_why_and_the_others_stand():
     assert len(chosen(curve)) == 1
 
 
-def test_no_candidate_is_an_error():
+def test_no_fitted_candidate_is_an_error():
     with pytest.raises(DataError, match=r"no candidate can be fitted: AICc of 3 .* needs 6 points"):
         fit(Points(X[:5], Y[:5]), candidates=[[0, 1, 2], [0, 1, 2, 3]])
 
@@ -74,6 +74,6 @@ def test_no_candidate_is_an_error():
         ([0, 1], "valid tuple"),
     ],
 )
-def test_settings_are_strict(candidates, message):
+def test_invalid_settings_are_refused(candidates, message):
     with pytest.raises(ValidationError, match=message):
         AiccSettings(candidates=candidates)

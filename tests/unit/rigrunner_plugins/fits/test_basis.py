@@ -18,7 +18,7 @@ def fit(points, powers, **changes):
 
 
 @pytest.mark.parametrize("weighted", [False, True])
-def test_all_powers_are_the_polynomial(weighted):
+def test_all_powers_equal_the_polynomial(weighted):
     points = Points(X, Y, np.linspace(0.01, 0.1, 8))
     ours = fit(points, [2, 0, 1], weighted=weighted)
     theirs = PolynomialFit(PolynomialSettings(degree=2, weighted=weighted))(points)
@@ -28,7 +28,7 @@ def test_all_powers_are_the_polynomial(weighted):
     assert ours.r_squared == pytest.approx(theirs.r_squared, rel=1e-14)
 
 
-def test_without_an_intercept_it_goes_through_the_origin():
+def test_fit_without_an_intercept_passes_through_the_origin():
     """By hand: the slope is sum(xy)/sum(x^2) = 28/14, R² about zero 1 - 0/56."""
     curve = fit(Points(np.array([1.0, 2.0, 3.0]), np.array([2.0, 4.0, 6.0])), [1])
     assert curve.formula == "T = c1·f"
@@ -37,7 +37,7 @@ def test_without_an_intercept_it_goes_through_the_origin():
     assert curve.dof == 2
 
 
-def test_weighted_goodness_is_about_the_weighted_mean():
+def test_weighted_r_squared_is_about_the_weighted_mean():
     u_y = np.array([0.1, 0.1, 0.1, 0.1, 0.2, 0.2, 0.2, 0.2])
     curve = fit(Points(X, Y, u_y), [0, 2], weighted=True)
     weights = u_y**-2.0
@@ -46,23 +46,23 @@ def test_weighted_goodness_is_about_the_weighted_mean():
     assert curve.r_squared == pytest.approx(1 - rss / total, rel=1e-12)
 
 
-def test_values_that_vary_by_rounding_have_no_coefficient_of_determination():
+def test_values_that_vary_by_rounding_have_no_r_squared():
     """The mean of seven times 0.7 is not 0.7 in floats."""
     assert np.isnan(fit(Points(X[:7], np.full(7, 0.7)), [0, 1]).r_squared)
 
 
-def test_the_formula_of_the_message_is_that_of_the_fit():
+def test_formula_in_the_message_is_that_of_the_fit():
     with pytest.raises(DataError, match=r"T = c0 \+ c4·f⁴ with its .* needs 3 .* got 2"):
         fit(Points(X[:2], Y[:2]), [0, 4])
 
 
-def test_zeros_alone_are_too_few():
+def test_points_at_zero_alone_are_too_few():
     with pytest.raises(DataError, match="got 1"):
         fit(Points(np.zeros(5), Y[:5]), [1])
 
 
 @pytest.mark.parametrize(
-    ("bad", "message"),
+    ("settings", "message"),
     [
         ({}, "Field required"),
         ({"powers": []}, "at least 1 item"),
@@ -73,6 +73,6 @@ def test_zeros_alone_are_too_few():
         ({"powers": [0, 2], "weighted": "maybe"}, "expected yes or no"),
     ],
 )
-def test_settings_are_strict(bad, message):
+def test_invalid_settings_are_refused(settings, message):
     with pytest.raises(ValidationError, match=message):
-        BasisSettings(**bad)
+        BasisSettings(**settings)

@@ -17,8 +17,8 @@ def extended(values):
     return np.array(values, np.longdouble)
 
 
-def test_a_line_through_three_points():
-    """By hand: y = 1/3 + x/2 leaves -1/3... of (0,0), (1,1), (2,1): slope 1/2, intercept 1/6."""
+def test_line_through_three_points_is_solved_exactly():
+    """By hand for (0,0), (1,1), (2,1): slope 1/2, intercept 1/6."""
     solution = solve(extended([[1, 0], [1, 1], [1, 2]]), extended([0, 1, 1]))
     assert solution.coefficients.astype(float) == pytest.approx([1 / 6, 1 / 2], abs=1e-17)
     assert solution.residuals.astype(float) == pytest.approx([-1 / 6, 1 / 3, -1 / 6], abs=1e-17)
@@ -26,14 +26,14 @@ def test_a_line_through_three_points():
     assert solution.residual_s == pytest.approx((1 / 6) ** 0.5)
 
 
-def test_the_factor_is_a_root_of_the_inverse_normal_matrix():
+def test_factor_is_a_root_of_the_inverse_normal_matrix():
     design = extended([[1, 0], [1, 1], [1, 3], [1, 4]])
     factor = solve(design, extended([0, 1, 1, 5])).factor
     # X'X = [[4, 8], [8, 26]], its inverse [[26, -8], [-8, 4]] / 40
     assert factor @ factor.T == pytest.approx(np.array([[0.65, -0.2], [-0.2, 0.1]]), abs=1e-15)
 
 
-def test_columns_of_very_different_size_are_no_obstacle():
+def test_columns_of_very_different_size_are_solved():
     x = np.linspace(1, 2, 9).astype(np.longdouble)
     design = np.stack([np.ones_like(x), 1e-9 * x, 1e9 * x**2], axis=1)
     coefficients = solve(design, design @ extended([3, 2e9, 1e-9])).coefficients
@@ -54,7 +54,7 @@ def test_dependent_columns_are_refused(column):
 
 @pytest.mark.parametrize(("difference", "refused"), [(2.0**-44, True), (2.0**-33, False)])
 def test_columns_that_differ_by_less_than_1e_12_are_refused(difference, refused):
-    """Of columns that differ in one of three values by d, sqrt(2)/3 d is left beside the first."""
+    """Columns that differ by d in one of three values leave sqrt(2)/3 d orthogonal to the first."""
     design = extended([[1, 1], [1, 1], [1, 1 + difference]])
     if refused:
         with pytest.raises(DataError, match="do not determine all coefficients"):
@@ -65,10 +65,10 @@ def test_columns_that_differ_by_less_than_1e_12_are_refused(difference, refused)
         assert coefficients == pytest.approx([1.5 - slope, slope], rel=1e-8)
 
 
-@pytest.mark.parametrize("bad", [np.nan, np.inf])
-def test_what_is_no_number_is_refused(bad):
+@pytest.mark.parametrize("value", [np.nan, np.inf])
+def test_nan_and_infinity_are_refused(value):
     with pytest.raises(DataError, match="not a finite number"):
-        solve(extended([[1, 0], [1, 1], [1, 2]]), extended([0, bad, 1]))
+        solve(extended([[1, 0], [1, 1], [1, 2]]), extended([0, value, 1]))
 
 
 @settings(deadline=None, max_examples=examples(50))
@@ -116,8 +116,8 @@ def test_ill_conditioned_designs_against_rational_arithmetic(data, design):
     """Errors stay below 2 k eps of the coefficients or, if larger, of their uncertainty.
 
     k is the condition number; coefficients are those of columns of unit length, in norm. Of 600
-    random designs with k up to 3e12 the worst were 0.5 k eps, and 0.3 k eps for the variances. What
-    is refused has k of 1e12 or more.
+    random designs with k up to 3e12 the worst were 0.5 k eps, and 0.3 k eps for the variances.
+    Refused designs have k of 1e12 or more.
     """
     y = data.draw(st.lists(INTEGERS, min_size=len(design), max_size=len(design)))
     if data.draw(st.booleans()):

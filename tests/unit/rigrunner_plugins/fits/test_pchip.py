@@ -13,21 +13,21 @@ Y = np.array([0.83, 1.21, 1.64, 2.32, 3.01, 3.96, 5.12, 6.91])
 U = np.array([0.01, 0.02, 0.01, 0.03, 0.01, 0.02, 0.05, 0.01])
 
 
-def test_it_goes_through_every_point_with_its_uncertainty():
+def test_curve_passes_through_every_point_with_its_uncertainty():
     value, u = interpolate(Points(X, Y, U)).predict(X)
     assert value == pytest.approx(Y, rel=1e-14)
     assert u == pytest.approx(U, rel=1e-12)
 
 
-def test_between_points_it_is_scipys_and_rises_with_them():
+def test_curve_equals_scipy_between_points_and_is_monotonic():
     x = np.linspace(1, 35, 500)
     value, _ = interpolate(Points(X, Y, U)).predict(x)
     assert value == pytest.approx(pchip_interpolate(X, Y, x), rel=1e-14)
     assert np.all(np.diff(value) > 0)
 
 
-def test_uncertainty_is_the_gradients():
-    """Against derivatives of scipy's interpolant by steps a hundred times smaller than u."""
+def test_uncertainty_equals_that_of_numerical_gradients():
+    """Against derivatives of scipy's interpolant with steps a hundred times smaller than u."""
     x = np.array([2.0, 12.0, 33.0])
     _, u = interpolate(Points(X, Y, U)).predict(x)
     step = 1e-4
@@ -45,7 +45,7 @@ def test_coefficients_are_the_values_at_the_points():
     assert np.diag(curve.covariance) == pytest.approx(U**2)
 
 
-def test_values_known_exactly_have_no_uncertainty():
+def test_exact_values_have_no_uncertainty():
     _, u = interpolate(Points(X, Y, np.zeros(8))).predict(np.array([12.0]))
     assert u == 0
 
@@ -57,7 +57,7 @@ def test_two_points_at_one_frequency_are_refused(x):
         interpolate(points)
 
 
-def test_temperatures_that_differ_are_different_points_in_kelvin_too():
+def test_different_temperatures_in_kelvin_are_different_points():
     kelvin = np.linspace(293.15, 298.15, 8)
     curve = interpolate(Points(kelvin, Y, U, x_unit="K"))
     assert curve.predict(kelvin)[0] == pytest.approx(Y)

@@ -41,7 +41,7 @@ def lvm_text(
 ):
     """Return an LVM file of segments, each a mapping of channel names to numbers.
 
-    As NI's Specification for the LabVIEW Measurement File has it.
+    As in NI's Specification for the LabVIEW Measurement File.
     """
     parts = [
         LVM_HEADER.format(
@@ -91,7 +91,7 @@ def _lvm_rows(channels, x, sep, mark, delta):
 
 @dataclass(frozen=True)
 class Recorded:
-    """A recording out of a run file: plain numbers, and what was set and read."""
+    """A recording of a run file: plain numbers, set-points and conditions."""
 
     name: str
     rate_hz: float
@@ -238,7 +238,7 @@ def started_of(run):
 
 
 def write_matlab_73(path, content):
-    """Write as MATLAB does with -v7.3: transposed, its class in an attribute, 512 bytes before."""
+    """Write as MATLAB does with -v7.3: transposed, class in an attribute, 512 bytes in front."""
     with h5py.File(path, "w", userblock_size=512) as file:
         for name, value in content.items():
             put_matlab_73(file, name, value)

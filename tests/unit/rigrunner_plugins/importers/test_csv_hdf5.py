@@ -1,4 +1,4 @@
-"""What importing adds to the CSV and HDF5 that the replay reads: units, groups, near names."""
+"""What importing adds to the CSV and HDF5 that the replay reads: units, groups, similar names."""
 
 from __future__ import annotations
 
@@ -33,16 +33,16 @@ def csv(tmp_path, text, columns, group="", **table):
         ("Torque (N·m) 1", ""),
     ],
 )
-def test_a_unit_at_the_end_of_a_name_is_stated(tmp_path, name, unit):
+def test_unit_at_the_end_of_a_column_name_is_read(tmp_path, name, unit):
     columns = csv(tmp_path, f"{name},b\n1,2\n", {"x": name})
     assert columns["x"].unit == unit
 
 
-def test_near_names_are_told(tmp_path):
-    with pytest.raises(NotInFileError) as caught:
+def test_missing_column_suggests_a_similar_name(tmp_path):
+    with pytest.raises(NotInFileError) as raised:
         csv(tmp_path, "Torque (Nm),Angle\n1,2\n", {"x": "torque (Nm)"})
-    assert caught.value.hint == "did you mean 'Torque (Nm)'?"
-    assert caught.value.wanted == "x"
+    assert raised.value.hint == "did you mean 'Torque (Nm)'?"
+    assert raised.value.wanted == "x"
     with pytest.raises(NotInFileError, match="there is no column 3"):
         csv(tmp_path, "a,b\n1,2\n", {"x": 3})
     with pytest.raises(NotInFileError, match="the file names no columns"):
@@ -51,7 +51,7 @@ def test_near_names_are_told(tmp_path):
         csv(tmp_path, "a,b\n1,2\n", {"x": "a"}, group="g")
 
 
-def test_a_csv_without_a_row_is_refused(tmp_path):
+def test_csv_without_rows_is_refused(tmp_path):
     for text in ("a,b\n", ""):
         with pytest.raises(DataError):
             csv(tmp_path, text, {"x": "a"})
@@ -66,41 +66,41 @@ def test_a_csv_without_a_row_is_refused(tmp_path):
         ("0,1,234.5\n1,1,235.5\n", False),  # in every row
     ],
 )
-def test_a_delimiter_within_a_number_is_refused(tmp_path, text, header):
+def test_delimiter_within_a_number_is_refused(tmp_path, text, header):
     with pytest.raises(DataError, match=r"has 3 columns, (the header has|expected) 2"):
         csv(tmp_path, text, {"x": 2}, header=header)
 
 
-def test_without_a_header_the_number_of_columns_is_stated(tmp_path):
+def test_number_of_columns_must_be_stated_without_a_header(tmp_path):
     text = "0,1,234.5\n1,1,235.5\n"
-    with pytest.raises(DataError) as caught:
+    with pytest.raises(DataError) as raised:
         csv(tmp_path, text, {"x": 2}, header=False)
-    assert caught.value.hint.endswith("if not, state 'columns: 3' in the settings")
-    stated = TableSettings(header=False, columns=3)
-    columns = CsvImporter(stated).read(tmp_path / "a.csv", {"x": 2}, "")
+    assert raised.value.hint.endswith("if not, state 'columns: 3' in the settings")
+    settings = TableSettings(header=False, columns=3)
+    columns = CsvImporter(settings).read(tmp_path / "a.csv", {"x": 2}, "")
     assert columns["x"].values.tolist() == [1.0, 1.0]
-    stated = TableSettings(header=False, columns=2)
+    settings = TableSettings(header=False, columns=2)
     with pytest.raises(DataError, match="has 3 columns, expected 2"):
-        CsvImporter(stated).read(tmp_path / "a.csv", {"x": 1}, "")
+        CsvImporter(settings).read(tmp_path / "a.csv", {"x": 1}, "")
 
 
-def test_a_delimiter_after_the_last_number_is_allowed(tmp_path):
+def test_trailing_delimiter_is_permitted(tmp_path):
     columns = csv(tmp_path, "time,torque\n0,1.5,\n1,2.5, \n", {"x": "torque"})
     assert columns["x"].values.tolist() == [1.5, 2.5]
 
 
-def test_a_line_is_that_of_the_file_though_quoted_cells_take_several(tmp_path):
+def test_line_number_is_that_of_the_file_despite_multi_line_cells(tmp_path):
     with pytest.raises(DataError, match=r"a\.csv:6: 'bad' is not a number"):
         csv(tmp_path, 'by hand\n"torque\n(N·m)",note\n1,"a\nb"\nbad,c\n', {"x": 1}, skip_lines=1)
 
 
-def test_another_encoding_is_told(tmp_path):
+def test_wrong_encoding_is_reported(tmp_path):
     for encoding in ("utf-8", "utf-16"):
         with pytest.raises(DataError, match=f"is not {encoding}"):
             csv(tmp_path, "\N{DEGREE SIGN},b\n1,2\n".encode("latin-1"), {"x": 1}, encoding=encoding)
 
 
-def test_hdf5_states_units(tmp_path):
+def test_hdf5_units_are_read_and_missing_names_suggested(tmp_path):
     path = tmp_path / "a.h5"
     with h5py.File(path, "w") as file:
         file["g/x"] = np.arange(3.0)
@@ -126,7 +126,7 @@ def test_hdf5_states_units(tmp_path):
     ("name", "unit"),
     [("units", np.array([b"mN.m"])), ("unit", np.array(["mN.m"], dtype=object)), ("Units", "mN.m")],
 )
-def test_the_unit_of_an_hdf5_dataset_is_found_as_other_programs_write_it(tmp_path, name, unit):
+def test_unit_of_an_hdf5_dataset_is_read_in_other_spellings(tmp_path, name, unit):
     with h5py.File(tmp_path / "a.h5", "w") as file:
         file["x"] = np.arange(3.0)
         file["x"].attrs[name] = unit
@@ -135,7 +135,7 @@ def test_the_unit_of_an_hdf5_dataset_is_found_as_other_programs_write_it(tmp_pat
 
 
 @pytest.mark.parametrize("name", ["scale_factor", "add_offset"])
-def test_a_packed_hdf5_dataset_is_refused(tmp_path, name):
+def test_packed_hdf5_dataset_is_refused(tmp_path, name):
     with h5py.File(tmp_path / "a.h5", "w") as file:
         file["x"] = np.arange(3, dtype=np.int16)
         file["x"].attrs[name] = 0.01
@@ -144,7 +144,7 @@ def test_a_packed_hdf5_dataset_is_refused(tmp_path, name):
 
 
 @pytest.mark.parametrize("name", ["_FillValue", "missing_value"])
-def test_a_number_for_a_missing_value_is_no_sample(tmp_path, name):
+def test_fill_value_of_hdf5_is_refused_as_a_sample(tmp_path, name):
     with h5py.File(tmp_path / "a.h5", "w") as file:
         for dataset, values in (("x", [1.0, -9999.0]), ("y", [1.0, 2.0])):
             file[dataset] = values

@@ -39,14 +39,14 @@ def test_numbers_are_read_in_every_form(tmp_path, x, sep, mark, end):
     assert columns["torque"].started == datetime(2026, 3, 2, 10, 15, 1, 250_000)  # noqa: DTZ001  (local time)
 
 
-def test_channels_may_begin_at_other_times(tmp_path):
+def test_channels_may_start_at_different_times(tmp_path):
     zero = "0.0000000000000000E+0"
     text = lvm_text([NUMBERS]).replace(f"X0\t{zero}\t{zero}", f"X0\t{zero}\t2.5E-4")
     columns = read(tmp_path, text)
     assert (columns["angle"].offset_s, columns["torque"].offset_s) == (0.0, 2.5e-4)
 
 
-def test_x_values_are_a_column_too(tmp_path):
+def test_x_values_are_a_column(tmp_path):
     columns = read(tmp_path, lvm_text([NUMBERS]), {"time": "X_Value"})
     assert columns["time"].values.tolist() == [0.0, 0.001, 0.002]
     with pytest.raises(NotInFileError, match=r"'X_Value' of 'time' is given twice"):
@@ -56,8 +56,8 @@ def test_x_values_are_a_column_too(tmp_path):
     assert by_number["torque"].values.tolist() == NUMBERS["Torque"]
 
 
-def test_a_file_from_elsewhere(tmp_path):
-    """Columns of other lengths, with notes, names twice, and a comment: as LabVIEW wrote it."""
+def test_file_written_by_labview_is_read(tmp_path):
+    """With columns of different lengths, notes, a repeated name, and a comment."""
     text = (
         "LabVIEW Measurement\nWriter_Version\t2\nReader_Version\t2\nSeparator\tTab\n"
         "Decimal_Separator\t.\nMulti_Headings\tNo\nX_Columns\tOne\nTime_Pref\tAbsolute\n"
@@ -81,14 +81,14 @@ def test_a_file_from_elsewhere(tmp_path):
         read(tmp_path, text, {"a": "Untitled"})
 
 
-def test_the_first_version_states_no_decimal_mark(tmp_path):
+def test_decimal_mark_is_a_setting_for_the_first_version(tmp_path):
     text = lvm_text([NUMBERS], mark=",").replace("Decimal_Separator\t,\n", "")
     with pytest.raises(DataError, match=r"is not a number with '\.'"):
         read(tmp_path, text)
     assert read(tmp_path, text, decimal=",")["angle"].values.tolist() == NUMBERS["Angle"]
 
 
-def test_another_encoding_is_told(tmp_path):
+def test_wrong_encoding_is_reported(tmp_path):
     text = lvm_text([NUMBERS], unit="\N{DEGREE SIGN}").encode("latin-1")
     for encoding in ("utf-8", "utf-16"):
         with pytest.raises(DataError, match=f"is not {encoding}"):
@@ -96,30 +96,30 @@ def test_another_encoding_is_told(tmp_path):
     assert read(tmp_path, text, encoding="latin-1")["angle"].unit == "\N{DEGREE SIGN}"
 
 
-def test_special_blocks_are_passed_over(tmp_path):
+def test_special_blocks_are_skipped(tmp_path):
     block = "***Start_Special***\t\nSamples\t9\t9\n1\t2\t3\n***End_Special***\t\n"
     text = lvm_text([NUMBERS, NUMBERS])
     for at in ("X0", "X_Value", "\t\nChannels"):
         assert read(tmp_path, text.replace(at, block + at), group="2")["angle"].unit == "Nm"
 
 
-def test_segments_are_told_apart_by_number(tmp_path):
+def test_segments_are_selected_by_number(tmp_path):
     text = lvm_text([NUMBERS, {"Angle": [7.0, 8.0], "Torque": [1.0, 2.0]}])
     assert read(tmp_path, text, group="2")["angle"].values.tolist() == [7.0, 8.0]
     assert read(tmp_path, text, group="1")["angle"].values.tolist() == NUMBERS["Angle"]
     for group, words in {"": "no segment is named", "3": "there is no segment 3"}.items():
-        with pytest.raises(NotInFileError, match=words) as caught:
+        with pytest.raises(NotInFileError, match=words) as raised:
             read(tmp_path, text, group=group)
-        assert caught.value.hint.startswith("there are 2: give one as 'group', from 1 to 2, or")
+        assert raised.value.hint.startswith("there are 2: give one as 'group', from 1 to 2, or")
     for group in ("two", "0", "2-1", "1-", "1-2-3"):
         with pytest.raises(NotInFileError, match=f"'{group}' names no segments"):
             read(tmp_path, text, group=group)
 
 
-def test_segments_that_follow_each_other_are_joined(tmp_path):
-    goes = [lvm_text([NUMBERS]), lvm_text([{"Angle": [7.0], "Torque": [1.0]}])]
-    second = goes[1].split("***End_of_Header***", 1)[1].replace("10:15:01.25", "10:15:01.253")
-    text = goes[0] + second.lstrip("\t\n").join(["\n", ""])
+def test_consecutive_segments_are_joined(tmp_path):
+    segments = [lvm_text([NUMBERS]), lvm_text([{"Angle": [7.0], "Torque": [1.0]}])]
+    second = segments[1].split("***End_of_Header***", 1)[1].replace("10:15:01.25", "10:15:01.253")
+    text = segments[0] + second.lstrip("\t\n").join(["\n", ""])
     for group in ("1-2", "all"):
         columns = read(tmp_path, text, group=group)
         assert columns["angle"].values.tolist() == [*NUMBERS["Angle"], 7.0]
@@ -134,11 +134,11 @@ def test_segments_that_follow_each_other_are_joined(tmp_path):
         read(tmp_path, text, group="1-3")
 
 
-def test_what_was_written_in_several_goes_needs_its_x_values(tmp_path):
+def test_repeated_writes_of_one_segment_need_x_values(tmp_path):
     text = lvm_text([NUMBERS], many=False) + "0.003\t1\t2\n"
-    with pytest.raises(DataError, match="has 4 samples, its header says 3") as caught:
+    with pytest.raises(DataError, match="has 4 samples, its header says 3") as raised:
         read(tmp_path, text)
-    assert "gaps can be detected only in X values" in caught.value.hint
+    assert "gaps can be detected only in X values" in raised.value.hint
     columns = read(tmp_path, text, {**BOTH, "time": "X_Value"})
     assert columns["time"].values.tolist() == [0.0, 0.001, 0.002, 0.003]
 
@@ -147,7 +147,7 @@ def test_what_was_written_in_several_goes_needs_its_x_values(tmp_path):
     ("delta", "within_s"),
     [("0.000100", 5e-7), ("2.000000E-6", 5e-13), ("1.0E-4", 5e-6), ("0.1", 0.05)],
 )
-def test_the_digits_of_the_interval_say_how_well_it_is_known(tmp_path, delta, within_s):
+def test_interval_tolerance_is_half_of_its_last_digit(tmp_path, delta, within_s):
     text = lvm_text([NUMBERS], delta=delta)
     assert read(tmp_path, text)["angle"].interval_within_s == pytest.approx(within_s)
 
@@ -174,22 +174,22 @@ LAST = "0.002000\t3e-07\t100000.0"
         (ROWS.replace("Separator\t.", "Separator\t\t"), None),
     ],
 )
-def test_what_is_wrong_is_told_with_its_line(tmp_path, text, words):
+def test_invalid_files_are_reported_with_their_line(tmp_path, text, words):
     if words is None:
         assert read(tmp_path, text)
         return
-    with pytest.raises(DataError) as caught:
+    with pytest.raises(DataError) as raised:
         read(tmp_path, text)
-    assert words in str(caught.value)
-    assert "r.lvm" in str(caught.value)
+    assert words in str(raised.value)
+    assert "r.lvm" in str(raised.value)
 
 
 @settings(deadline=None, max_examples=examples(150))
 @given(cuts=st.lists(st.tuples(st.integers(0, len(ROWS)), st.text(max_size=4)), max_size=4))
-def test_a_damaged_file_is_read_or_refused(tmp_path_factory, cuts):
+def test_damaged_file_is_read_or_refused(tmp_path_factory, cuts):
     text = ROWS
-    for at, put in cuts:
-        text = text[:at] + put + text[at + len(put) :]
+    for at, inserted in cuts:
+        text = text[:at] + inserted + text[at + len(inserted) :]
     path = Path(tmp_path_factory.getbasetemp()) / "damaged.lvm"
     path.write_text(text, encoding="utf-8")
     try:

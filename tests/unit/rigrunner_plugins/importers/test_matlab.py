@@ -66,7 +66,7 @@ def read(path, column, group=""):
         ("x", "run.inner", X),
     ],
 )
-def test_vectors_and_columns_are_found(path, column, group, expected):
+def test_vectors_and_columns_are_read(path, column, group, expected):
     assert read(path, column, group) == list(expected)
 
 
@@ -90,13 +90,13 @@ def test_vectors_and_columns_are_found(path, column, group, expected):
         (3, "'3' of 'torque' names nothing"),
     ],
 )
-def test_what_is_no_recording_is_told(path, column, words):
-    with pytest.raises(DataError) as caught:
+def test_variable_that_is_no_recording_is_refused(path, column, words):
+    with pytest.raises(DataError) as raised:
         read(path, column)
-    assert words in str(caught.value)
+    assert words in str(raised.value)
 
 
-def test_a_variable_that_is_there_twice_is_refused(tmp_path):
+def test_repeated_variable_is_refused(tmp_path):
     original, path = tmp_path / "one.mat", tmp_path / "two.mat"
     savemat(original, {"x": X})
     path.write_bytes(original.read_bytes() + original.read_bytes()[128:])
@@ -114,7 +114,7 @@ def test_other_files_are_refused(tmp_path):
         read(tmp_path / "none.mat", "x")
 
 
-def test_a_cut_file_is_refused(tmp_path):
+def test_truncated_file_is_refused(tmp_path):
     original, path = tmp_path / "whole.mat", tmp_path / "cut.mat"
     savemat(original, {"x": np.arange(300.0)}, do_compression=True)
     content = original.read_bytes()
@@ -125,8 +125,8 @@ def test_a_cut_file_is_refused(tmp_path):
 
 
 @pytest.mark.parametrize("count", [3, 2**27 + 1])
-def test_a_list_of_structures_is_refused_without_reading_its_elements(tmp_path, count):
-    """A damaged size made reading endless: it is the second number of the dimensions."""
+def test_list_of_structures_is_refused_without_reading_its_elements(tmp_path, count):
+    """A damaged size, the second number of the dimensions, once made reading endless."""
     path = tmp_path / "list.mat"
     structures = np.zeros((1, 3), [("x", object)])
     savemat(path, {"s": structures})
@@ -141,10 +141,8 @@ def test_a_list_of_structures_is_refused_without_reading_its_elements(tmp_path, 
 @pytest.mark.parametrize("compressed", [False, True])
 @pytest.mark.parametrize(("wide", "high"), [(2**15, 2**15), (2**31 - 1, 1), (-1, 1)])
 @pytest.mark.parametrize("inner", [{"x": X}, np.array([["a"]], object)], ids=["structure", "cell"])
-def test_a_nested_list_of_a_damaged_size_is_refused_before_it_is_read(
-    tmp_path, inner, wide, high, compressed
-):
-    """Reading it was endless: scipy makes one element after the other, whatever there is."""
+def test_nested_list_of_damaged_size_is_refused_unread(tmp_path, inner, wide, high, compressed):
+    """Reading it was endless: scipy makes all elements, whether or not the data are there."""
     path, dimensions = tmp_path / "nested.mat", pack("<IIii", 5, 8, 1, 1)
     savemat(path, {"s": {"inner": inner, "x": X}})
     content = path.read_bytes()
@@ -158,7 +156,7 @@ def test_a_nested_list_of_a_damaged_size_is_refused_before_it_is_read(
         read(path, "s.x")
 
 
-def test_nested_lists_of_any_content_are_read_past(tmp_path):
+def test_nested_lists_of_any_content_are_skipped(tmp_path):
     structures = np.zeros((1, 300), [("x", object)])
     path = tmp_path / "nested.mat"
     nested = {"list": structures, "cells": np.array([[1.0, "a"]], object)}

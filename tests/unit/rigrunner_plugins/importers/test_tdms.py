@@ -37,7 +37,7 @@ def read(path, columns=None, group=""):
     return TdmsImporter(NoSettings()).read(path, columns or {"torque": "Torque"}, group)["torque"]
 
 
-def test_samples_come_with_unit_interval_and_start(tmp_path):
+def test_samples_have_unit_interval_and_start(tmp_path):
     column = read(write(tmp_path / "a.tdms", torque()))
     assert column.values.tolist() == TORQUE.tolist()
     assert (column.unit, column.interval_s, column.interval_within_s) == ("Nm", 1e-4, 0.0)
@@ -50,7 +50,7 @@ def test_segments_of_a_channel_are_joined(tmp_path):
     assert read(path).values.tolist() == TORQUE.tolist() * 3
 
 
-def test_scaled_integers_are_read_as_labview_shows_them(tmp_path):
+def test_scaled_integers_are_read_as_in_labview(tmp_path):
     scale = {
         "NI_Number_Of_Scales": 1,
         "NI_Scale[0]_Scale_Type": "Linear",
@@ -62,7 +62,7 @@ def test_scaled_integers_are_read_as_labview_shows_them(tmp_path):
     assert read(path).values.tolist() == [10.0, 11.0, 8.0]
 
 
-def test_of_several_groups_one_is_named(tmp_path):
+def test_group_must_be_named_if_there_are_several(tmp_path):
     path = write(tmp_path / "a.tdms", torque("r1"), torque("r2", TORQUE + 1))
     assert read(path, group="r2").values.tolist() == (TORQUE + 1).tolist()
     with pytest.raises(NotInFileError, match=r"no group is named.*groups: r1, r2"):
@@ -71,7 +71,7 @@ def test_of_several_groups_one_is_named(tmp_path):
         read(path, group="R2")
 
 
-def test_an_index_of_another_file_is_not_looked_at(tmp_path):
+def test_index_file_of_another_file_is_ignored(tmp_path):
     path = write(tmp_path / "a.tdms", torque())
     write(tmp_path / "b.tdms", torque(data=np.zeros(7)))
     (tmp_path / "b.tdms_index").rename(tmp_path / "a.tdms_index") if (
@@ -91,15 +91,15 @@ def test_an_index_of_another_file_is_not_looked_at(tmp_path):
         (torque(data=np.array([], np.float64)), "is empty"),
     ],
 )
-def test_what_is_no_recording_is_told(tmp_path, channel, words):
+def test_channel_that_is_no_recording_is_refused(tmp_path, channel, words):
     path = write(tmp_path / "a.tdms", channel)
-    with pytest.raises(DataError) as caught:
+    with pytest.raises(DataError) as raised:
         read(path)
-    assert words in str(caught.value)
-    assert "a.tdms" in str(caught.value)
+    assert words in str(raised.value)
+    assert "a.tdms" in str(raised.value)
 
 
-def test_every_cut_of_a_file_is_refused(tmp_path):
+def test_truncated_file_is_refused_at_every_length(tmp_path):
     content = write(tmp_path / "a.tdms", torque(data=np.arange(50.0))).read_bytes()
     path = tmp_path / "cut.tdms"
     for length in range(len(content)):
@@ -108,7 +108,7 @@ def test_every_cut_of_a_file_is_refused(tmp_path):
             read(path)
 
 
-def test_a_recording_that_goes_on_in_a_torn_segment_is_refused(tmp_path, capsys):
+def test_recording_continued_in_a_truncated_segment_is_refused(tmp_path, capsys):
     content = write(tmp_path / "a.tdms", torque(data=np.arange(50.0)), parts=2).read_bytes()
     second = content.index(b"TDSm", 4)
     path = tmp_path / "cut.tdms"
@@ -121,7 +121,7 @@ def test_a_recording_that_goes_on_in_a_torn_segment_is_refused(tmp_path, capsys)
     assert len(read(path).values) == 50
 
 
-def test_a_cut_file_still_gives_the_channels_that_are_whole(tmp_path):
+def test_truncated_file_still_gives_its_complete_channels(tmp_path):
     path = write(tmp_path / "a.tdms", torque("r1"))
     with TdmsWriter(path, mode="a") as writer:
         writer.write_segment([GroupObject("r2"), torque("r2", np.arange(100.0))])
@@ -131,12 +131,12 @@ def test_a_cut_file_still_gives_the_channels_that_are_whole(tmp_path):
         read(path, group="r2")
 
 
-def test_without_nptdms_it_is_told_what_to_install(monkeypatch):
+def test_missing_package_names_the_extra(monkeypatch):
     monkeypatch.setitem(sys.modules, "nptdms", None)
     monkeypatch.delitem(sys.modules, "rigrunner_plugins.importers.tdms_file", raising=False)
-    with pytest.raises(MissingPackageError) as caught:
+    with pytest.raises(MissingPackageError) as raised:
         load_registry().make("importer", "tdms", {})
-    assert caught.value.hint == "pip install 'rigrunner[tdms]'"
+    assert raised.value.hint == "pip install 'rigrunner[tdms]'"
 
 
 def test_other_files_are_refused(tmp_path):
@@ -148,7 +148,7 @@ def test_other_files_are_refused(tmp_path):
         read(tmp_path / "none.tdms")
 
 
-def test_a_start_that_nobody_entered_is_none(tmp_path):
+def test_default_start_time_is_none(tmp_path):
     zero = {"wf_start_time": np.datetime64("1904-01-01T00:00:00", "us")}
     column = read(write(tmp_path / "a.tdms", torque(**zero)))
     assert (column.started, column.interval_s, column.unit) == (None, None, "")
@@ -160,7 +160,7 @@ def append(path, data, microseconds, **properties):
         writer.write_segment([torque(data=data, wf_increment=1e-4, **start)])
 
 
-def test_a_channel_that_was_gone_on_with_says_when(tmp_path):
+def test_appended_segments_have_their_start_times(tmp_path):
     first = torque(wf_increment=1e-4, wf_start_time=START)
     path = write(tmp_path / "a.tdms", torque("other"), first)
     append(path, np.arange(5.0), 400)
@@ -174,10 +174,10 @@ def test_a_channel_that_was_gone_on_with_says_when(tmp_path):
     assert second == (8, utc + timedelta(seconds=0.2509))
 
 
-def test_goes_of_a_loop_follow_each_other(tmp_path):
+def test_contiguous_appended_segments_form_one_recording(tmp_path):
     path = write(tmp_path / "a.tdms", torque(wf_increment=1e-4, wf_start_time=START))
-    for go in range(1, 20):
-        append(path, TORQUE, 300 * go)
+    for i in range(1, 20):
+        append(path, TORQUE, 300 * i)
     columns = {"torque": read(path)}
     assert len(columns["torque"].goes) == 19
     assert start_of(columns, 1e4, "f") == datetime(2026, 3, 2, 9, 15, 0, 250_000, tzinfo=UTC)
@@ -186,7 +186,7 @@ def test_goes_of_a_loop_follow_each_other(tmp_path):
         start_of({"torque": read(path)}, 1e4, "f")
 
 
-def test_a_start_that_is_stated_once_is_one_go(tmp_path):
+def test_start_stated_once_is_one_segment(tmp_path):
     path = write(tmp_path / "a.tdms", torque(), parts=4)
     assert read(path).goes == ()
 
@@ -195,21 +195,21 @@ def test_a_start_that_is_stated_once_is_one_go(tmp_path):
     ("unit", "interval_s"),
     [("", 2.0), ("s", 2.0), ("ms", 2e-3), ("Hz", None), ("mm", None), ("steps", None)],
 )
-def test_an_interval_is_a_time_in_its_unit(tmp_path, unit, interval_s):
+def test_interval_is_converted_from_its_unit_of_time(tmp_path, unit, interval_s):
     properties = {"wf_increment": 2.0, "wf_xunit_string": unit}
     assert read(write(tmp_path / "a.tdms", torque(**properties))).interval_s == interval_s
 
 
-def test_a_scale_that_would_not_be_applied_is_refused(tmp_path):
+def test_unknown_scale_is_refused(tmp_path):
     scale = {"NI_Number_Of_Scales": 1, "NI_Scale[0]_Scale_Type": "Cubic spline"}
     with pytest.raises(DataError, match="a scale that is not known: Cubic spline"):
         read(write(tmp_path / "a.tdms", torque(**scale)))
-    done = write(tmp_path / "b.tdms", torque(**scale, NI_Scaling_Status="scaled"))
-    assert read(done).values.tolist() == TORQUE.tolist()
+    scaled = write(tmp_path / "b.tdms", torque(**scale, NI_Scaling_Status="scaled"))
+    assert read(scaled).values.tolist() == TORQUE.tolist()
 
 
 @pytest.mark.parametrize("of", ["group", "file"])
-def test_a_scale_of_the_group_or_the_file_is_no_other(tmp_path, of):
+def test_scale_of_the_group_or_the_file_applies(tmp_path, of):
     linear = {
         "NI_Number_Of_Scales": 1,
         "NI_Scale[0]_Scale_Type": "Linear",
@@ -218,12 +218,12 @@ def test_a_scale_of_the_group_or_the_file_is_no_other(tmp_path, of):
         "NI_Scale[0]_Linear_Input_Source": 0xFFFFFFFF,
     }
 
-    def written(properties, **own):
+    def written(properties, **channel_properties):
         path = tmp_path / "a.tdms"
         with TdmsWriter(path) as writer:
             root = RootObject(properties if of == "file" else {})
             group = GroupObject("r1", properties if of == "group" else {})
-            writer.write_segment([root, group, torque(**own, unit_string="Nm")])
+            writer.write_segment([root, group, torque(**channel_properties, unit_string="Nm")])
         return read(path).values.tolist()
 
     unknown = linear | {"NI_Scale[0]_Scale_Type": "Cubic spline"}

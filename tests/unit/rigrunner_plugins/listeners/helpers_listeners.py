@@ -35,17 +35,17 @@ def finished():
     return event(RunFinished, outcome=Outcome.COMPLETED, verdict="pass")
 
 
-def whole_run(folder):
+def run_events(folder):
     return [planned(folder), alarm(), ended(), finished()]
 
 
 def free_port():
-    """Return a port of loopback at which nobody listens."""
+    """Return a free port of loopback."""
     with socket.create_server(("127.0.0.1", 0)) as free:
         return free.getsockname()[1]
 
 
-def until(condition, patience_s=30.0):
+def wait_until(condition, patience_s=30.0):
     end_s = time.monotonic() + patience_s
     while not condition():
         assert time.monotonic() < end_s, "nothing came"
@@ -53,7 +53,7 @@ def until(condition, patience_s=30.0):
 
 
 class Receiver:
-    """What a web server got, and which status it answers to each request, the last one for ever."""
+    """The requests of a web server, and its statuses in order; the last one is repeated."""
 
     def __init__(self, statuses):
         self.got = []
@@ -66,7 +66,7 @@ class Receiver:
 
 @contextmanager
 def web(*statuses):
-    """Serve on loopback; give the receiver and its address."""
+    """Serve on loopback; yield the receiver and its port."""
     receiver = Receiver(statuses or (200,))
 
     class Handler(BaseHTTPRequestHandler):
@@ -94,16 +94,16 @@ def web(*statuses):
 
 
 @contextmanager
-def unkind(*, closes):
-    """Listen on loopback and never say a word; or close each connection at once."""
-    with socket.create_server(("127.0.0.1", 0)) as listening:
-        listening.settimeout(0.05)
+def unresponsive(*, closes):
+    """Listen on loopback and never answer, or close each connection at once."""
+    with socket.create_server(("127.0.0.1", 0)) as listener:
+        listener.settimeout(0.05)
         connections, over = [], threading.Event()
 
         def work():
             while not over.is_set():
                 try:
-                    connection, _ = listening.accept()
+                    connection, _ = listener.accept()
                 except TimeoutError:
                     continue
                 if closes:
@@ -113,7 +113,7 @@ def unkind(*, closes):
         thread = threading.Thread(target=work)
         thread.start()
         try:
-            yield listening.getsockname()[1]
+            yield listener.getsockname()[1]
         finally:
             over.set()
             thread.join()
@@ -122,10 +122,10 @@ def unkind(*, closes):
 
 
 @contextmanager
-def unending(first, again, pause_s=0.0):
-    """Answer each who comes on loopback with `first`, and then with `again` for ever."""
-    with socket.create_server(("127.0.0.1", 0)) as listening:
-        listening.settimeout(0.05)
+def endless_answers(first, again, pause_s=0.0):
+    """Answer each connection on loopback with `first`, and then with `again` for ever."""
+    with socket.create_server(("127.0.0.1", 0)) as listener:
+        listener.settimeout(0.05)
         over, threads = threading.Event(), []
 
         def answer(connection):
@@ -139,15 +139,15 @@ def unending(first, again, pause_s=0.0):
         def work():
             while not over.is_set():
                 with suppress(TimeoutError):
-                    connection, _ = listening.accept()
+                    connection, _ = listener.accept()
                     threads.append(threading.Thread(target=answer, args=(connection,)))
                     threads[-1].start()
 
         thread = threading.Thread(target=work)
         thread.start()
         try:
-            yield listening.getsockname()[1]
+            yield listener.getsockname()[1]
         finally:
             over.set()
-            for each in (thread, *threads):
-                each.join()
+            for thread_ in (thread, *threads):
+                thread_.join()

@@ -13,36 +13,36 @@ from rigrunner_plugins.listeners.settings import AppriseSettings
 from unit.rigrunner_plugins.listeners.helpers_listeners import (
     alarm,
     planned,
-    unkind,
-    until,
+    run_events,
+    unresponsive,
+    wait_until,
     web,
-    whole_run,
 )
 
 pytest.importorskip("apprise")
 
 
 @pytest.fixture(autouse=True)
-def short(monkeypatch):
+def short_pauses(monkeypatch):
     monkeypatch.setattr(notifier, "FIRST_PAUSE_S", 0.01)
     monkeypatch.setattr(notifier, "LAST_WORDS_S", 5.0)
 
 
 @pytest.fixture
-def to(monkeypatch):
+def sink_to(monkeypatch):
     from rigrunner_plugins.listeners.chat import apprise  # noqa: PLC0415  (an extra)
 
-    def made(urls, **more):
+    def make(urls, **more):
         monkeypatch.setenv("URLS", urls)
         return apprise(AppriseSettings(urls={"env": "URLS"}, **{"attempts": 2, **more}))
 
-    return made
+    return make
 
 
-def test_each_service_gets_what_happened(to, tmp_path):
+def test_each_service_gets_the_messages(sink_to, tmp_path):
     with web() as (receiver, port):
-        sink = to(f"json://127.0.0.1:{port}/one\njson://127.0.0.1:{port}/two\n")
-        for event in whole_run(tmp_path):
+        sink = sink_to(f"json://127.0.0.1:{port}/one\njson://127.0.0.1:{port}/two\n")
+        for event in run_events(tmp_path):
             sink(event)
         sink.close()
     assert sink.lost == 0
@@ -55,11 +55,11 @@ def test_each_service_gets_what_happened(to, tmp_path):
     }  # fmt: skip
 
 
-def test_a_service_that_fails_is_asked_again_and_its_address_is_not_said(to, caplog):
+def test_failing_service_is_retried_and_its_address_not_logged(sink_to, caplog):
     with web(500) as (receiver, port):
-        sink = to(f"json://rig:s3cret@127.0.0.1:{port}/")
+        sink = sink_to(f"json://rig:s3cret@127.0.0.1:{port}/")
         sink(alarm())
-        until(lambda: sink.lost)
+        wait_until(lambda: sink.lost)
         sink.close()
     assert len(receiver.got) == 2
     assert "a service did not accept it" in caplog.text
@@ -67,18 +67,18 @@ def test_a_service_that_fails_is_asked_again_and_its_address_is_not_said(to, cap
 
 
 @pytest.mark.parametrize("closes", [True, False])
-def test_a_service_that_hangs_or_closes_is_given_up(to, closes):
-    with unkind(closes=closes) as port:
-        sink = to(f"json://127.0.0.1:{port}/?cto=0.2&rto=0.2", attempts=1)
+def test_service_that_hangs_or_closes_is_given_up(sink_to, closes):
+    with unresponsive(closes=closes) as port:
+        sink = sink_to(f"json://127.0.0.1:{port}/?cto=0.2&rto=0.2", attempts=1)
         sink(alarm())
-        until(lambda: sink.lost)
+        wait_until(lambda: sink.lost)
     assert sink.lost == 1
 
 
 @pytest.mark.parametrize("form", ["html", "text"])
-def test_a_service_of_html_gets_names_as_text(to, tmp_path, form):
+def test_html_service_gets_names_as_text(sink_to, tmp_path, form):
     with web() as (receiver, port):
-        sink = to(f"form://127.0.0.1:{port}/?format={form}")
+        sink = sink_to(f"form://127.0.0.1:{port}/?format={form}")
         sink(planned(tmp_path))
         sink(alarm("<a href='http://evil.example'>hot</a>"))
         sink.close()
@@ -86,23 +86,23 @@ def test_a_service_of_html_gets_names_as_text(to, tmp_path, form):
     assert ("<a" in parse_qs(body)["message"][0]) == (form == "text")
 
 
-def test_no_redirect_is_followed(to):
+def test_redirect_is_not_followed(sink_to):
     with web(302) as (receiver, port):
-        sink = to(f"json://127.0.0.1:{port}/", attempts=1)
+        sink = sink_to(f"json://127.0.0.1:{port}/", attempts=1)
         sink(alarm())
-        until(lambda: sink.lost)
+        wait_until(lambda: sink.lost)
         sink.close()
     assert [path for path, _, _ in receiver.got] == ["/"]
 
 
-def test_an_address_that_apprise_does_not_know_is_refused_by_its_number(to):
-    with pytest.raises(PluginError, match="does not know address 2") as refused:
-        to("json://127.0.0.1/\nsecret-thing\n")
-    assert "secret-thing" not in str(refused.value)
+def test_address_unknown_to_apprise_is_refused_by_its_number(sink_to):
+    with pytest.raises(PluginError, match="does not know address 2") as raised:
+        sink_to("json://127.0.0.1/\nsecret-thing\n")
+    assert "secret-thing" not in str(raised.value)
 
 
 @pytest.mark.conformance("event_sink", "apprise")
-def test_it_conforms(conformance):
+def test_apprise_sink_conforms(conformance):
     conformance()
 
 

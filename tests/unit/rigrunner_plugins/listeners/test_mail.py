@@ -22,13 +22,13 @@ from rigrunner_plugins.listeners.settings import MailSettings
 from unit.rigrunner_plugins.listeners.helpers_listeners import (
     SECRET,
     alarm,
+    endless_answers,
     finished,
     free_port,
     planned,
-    unending,
-    unkind,
-    until,
-    whole_run,
+    run_events,
+    unresponsive,
+    wait_until,
 )
 
 controllers = pytest.importorskip("aiosmtpd.controller")
@@ -37,14 +37,14 @@ DAY = timedelta(days=1)
 
 
 @pytest.fixture(autouse=True)
-def short(monkeypatch):
+def short_pauses(monkeypatch):
     monkeypatch.setattr(notifier, "FIRST_PAUSE_S", 0.01)
     monkeypatch.setattr(notifier, "LAST_WORDS_S", 5.0)
     monkeypatch.setenv("MAIL_WORD", SECRET)
 
 
 class Handler:
-    """Keeps what comes, or refuses it."""
+    """Keeps received mail, or refuses it."""
 
     def __init__(self, *answers):
         self.got, self.attempts, self._answers = [], 0, list(answers)
@@ -58,34 +58,34 @@ class Handler:
 
 
 @pytest.fixture
-def served():
-    running = []
+def start_server():
+    controllers_ = []
 
     def serve(handler, **more):
         controller = controllers.Controller(
             handler, hostname="127.0.0.1", port=free_port(), ready_timeout=30, **more
         )
         controller.start()
-        running.append(controller)
+        controllers_.append(controller)
         return controller.port
 
     yield serve
-    for server in running:
-        server.stop()
+    for controller in controllers_:
+        controller.stop()
     with warnings.catch_warnings(action="ignore", category=ResourceWarning):
         gc.collect()  # asyncio does not close the socket of a handshake that failed
 
 
-def to(port, **more):
+def sink_to(port, **more):
     base = {"host": "127.0.0.1", "port": port, "security": "none", "timeout": "2 s", "attempts": 3}
     people = {"sender": "rig@example.org", "to": ["lab@example.org", "chief@example.org"]}
     return mail(MailSettings(**{**base, **people, **more}))
 
 
-def test_a_mail_comes_with_what_happened(served, tmp_path):
+def test_mail_has_the_messages_of_the_run(start_server, tmp_path):
     handler = Handler()
-    sink = to(served(handler))
-    for event in whole_run(tmp_path):
+    sink = sink_to(start_server(handler))
+    for event in run_events(tmp_path):
         sink(event)
     sink.close()
     assert sink.lost == 0
@@ -97,9 +97,9 @@ def test_a_mail_comes_with_what_happened(served, tmp_path):
     assert handler.got[0].mail_from == "rig@example.org"
 
 
-def test_a_specimen_cannot_add_a_header(served, tmp_path):
+def test_specimen_cannot_add_a_header(start_server, tmp_path):
     handler = Handler()
-    sink = to(served(handler), on=["run_ended"])
+    sink = sink_to(start_server(handler), on=["run_ended"])
     sink(planned(tmp_path, inputs={"specimen": "SN\r\nBcc: all@example.org"}))
     sink(finished())
     sink.close()
@@ -109,55 +109,55 @@ def test_a_specimen_cannot_add_a_header(served, tmp_path):
 
 
 @pytest.mark.filterwarnings("ignore:Requiring AUTH while not requiring TLS")
-def test_the_account_is_told_to_the_server_alone(served):
+def test_account_is_sent_to_the_server(start_server):
     logins = []
 
-    def known(_server, _session, _envelope, _mechanism, data):
+    def authenticate(_server, _session, _envelope, _mechanism, data):
         logins.append((data.login.decode(), data.password.decode()))
         return smtp.AuthResult(success=data.password.decode() == SECRET)
 
-    more = {"authenticator": known, "auth_require_tls": False, "auth_required": True}
-    port = served(Handler(), **more)
-    sink = to(port, user="rig", password={"env": "MAIL_WORD"})
+    more = {"authenticator": authenticate, "auth_require_tls": False, "auth_required": True}
+    port = start_server(Handler(), **more)
+    sink = sink_to(port, user="rig", password={"env": "MAIL_WORD"})
     sink(alarm())
     sink.close()
     assert (sink.lost, logins) == (0, [("rig", SECRET)])
 
 
-def test_a_wrong_password_is_tried_once_and_not_said(served, caplog):
+def test_wrong_password_is_tried_once_and_not_logged(start_server, caplog):
     attempts = []
 
-    def unknown(*_):
+    def refuse(*_):
         attempts.append(1)
         return smtp.AuthResult(success=False, handled=False)
 
-    port = served(Handler(), authenticator=unknown, auth_require_tls=False)
-    sink = to(port, user="rig", password={"env": "MAIL_WORD"})
+    port = start_server(Handler(), authenticator=refuse, auth_require_tls=False)
+    sink = sink_to(port, user="rig", password={"env": "MAIL_WORD"})
     sink(alarm())
-    until(lambda: sink.lost)
+    wait_until(lambda: sink.lost)
     assert "the mail server said 535" in caplog.text
     assert SECRET not in caplog.text
 
 
-def test_a_server_that_is_busy_is_asked_again_and_one_that_refuses_is_not(served):
+def test_busy_server_is_retried_and_a_refusing_one_is_not(start_server):
     busy = Handler("451 later")
-    sink = to(served(busy))
+    sink = sink_to(start_server(busy))
     sink(alarm())
-    until(lambda: busy.got)
+    wait_until(lambda: busy.got)
     refusing = Handler("554 no", "554 no", "554 no")
-    other = to(served(refusing))
+    other = sink_to(start_server(refusing))
     other(alarm())
-    until(lambda: other.lost)
+    wait_until(lambda: other.lost)
     assert (sink.lost, busy.attempts, refusing.attempts) == (0, 2, 1)
 
 
 @pytest.mark.parametrize("closes", [True, False])
 @pytest.mark.parametrize("security", ["none", "starttls", "tls"])
-def test_a_server_that_hangs_or_closes_is_given_up(closes, security):
-    with unkind(closes=closes) as port:
-        sink = to(port, timeout="0.1 s", attempts=2, security=security)
+def test_server_that_hangs_or_closes_is_given_up(closes, security):
+    with unresponsive(closes=closes) as port:
+        sink = sink_to(port, timeout="0.1 s", attempts=2, security=security)
         sink(alarm())
-        until(lambda: sink.lost)
+        wait_until(lambda: sink.lost)
         sink.close()
     assert sink.lost == 1
 
@@ -166,25 +166,25 @@ def test_a_server_that_hangs_or_closes_is_given_up(closes, security):
     ("first", "again", "pause_s"),
     [(b"220 mx\r\n", b"250-x\r\n" * 1000, 0.0), (b"", b"220-x\r\n", 0.02)],
 )
-def test_an_answer_that_never_ends_is_given_up(first, again, pause_s):
-    with unending(first, again, pause_s) as port:
-        sink = to(port, timeout="0.3 s", attempts=1)
+def test_endless_answer_is_given_up(first, again, pause_s):
+    with endless_answers(first, again, pause_s) as port:
+        sink = sink_to(port, timeout="0.3 s", attempts=1)
         sink(alarm())
-        until(lambda: sink.lost)
+        wait_until(lambda: sink.lost)
         sink.close()
     assert sink.lost == 1
 
 
 @pytest.fixture
 def own_certificate(tmp_path):
-    """A certificate that the laboratory made itself, and a context of a server that has it."""
+    """A self-signed certificate, and the context of a server that has it."""
     key = ec.generate_private_key(ec.SECP256R1())
     name = x509.Name([x509.NameAttribute(NameOID.COMMON_NAME, "127.0.0.1")])
     now = datetime.now(UTC)
-    named = x509.SubjectAlternativeName([x509.IPAddress(IPv4Address("127.0.0.1"))])
+    alternative_name = x509.SubjectAlternativeName([x509.IPAddress(IPv4Address("127.0.0.1"))])
     certificate = (
         x509.CertificateBuilder(name, name, key.public_key(), 1, now - DAY, now + DAY)
-        .add_extension(named, critical=False)
+        .add_extension(alternative_name, critical=False)
         .add_extension(x509.BasicConstraints(ca=True, path_length=None), critical=True)
         .sign(key, hashes.SHA256())
     )
@@ -198,36 +198,36 @@ def own_certificate(tmp_path):
 
 
 @pytest.mark.parametrize("security", ["starttls", "tls"])
-def test_a_mail_goes_over_tls_to_a_server_whose_certificate_is_trusted(
-    served, own_certificate, monkeypatch, caplog, security
+def test_mail_over_tls_needs_a_trusted_certificate(
+    start_server, own_certificate, monkeypatch, caplog, security
 ):
     path, context = own_certificate
     handler = Handler()
     of_tls = {"tls_context": context, "require_starttls": True}
-    port = served(handler, **(of_tls if security == "starttls" else {"ssl_context": context}))
-    stranger = to(port, security=security, attempts=1, timeout="30 s")
-    stranger(alarm())
-    until(lambda: "was not delivered" in caplog.text)
-    assert (handler.got, stranger.lost) == ([], 1)
+    port = start_server(handler, **(of_tls if security == "starttls" else {"ssl_context": context}))
+    untrusting = sink_to(port, security=security, attempts=1, timeout="30 s")
+    untrusting(alarm())
+    wait_until(lambda: "was not delivered" in caplog.text)
+    assert (handler.got, untrusting.lost) == ([], 1)
     monkeypatch.setenv("SSL_CERT_FILE", str(path))
-    sink = to(port, security=security, attempts=1, timeout="30 s")
+    sink = sink_to(port, security=security, attempts=1, timeout="30 s")
     sink(alarm())
-    until(lambda: handler.got or sink.lost)
+    wait_until(lambda: handler.got or sink.lost)
     assert (len(handler.got), sink.lost) == (1, 0)
 
 
-def test_a_server_without_tls_gets_nothing_in_clear(served):
+def test_server_without_tls_gets_nothing_in_clear_text(start_server):
     handler = Handler()
-    sink = to(served(handler), security="starttls", attempts=1)
+    sink = sink_to(start_server(handler), security="starttls", attempts=1)
     sink(alarm())
-    until(lambda: sink.lost)
+    wait_until(lambda: sink.lost)
     assert handler.attempts == 0
 
 
 @pytest.mark.parametrize(
     "more", [{"to": []}, {"to": ["nobody"]}, {"sender": "a@b\nc"}, {"password": "x"}]
 )
-def test_what_cannot_be_is_refused(more):
+def test_contradictory_settings_are_refused(more):
     settings = {"host": "h", "sender": "a@b", "to": ["c@d"], **more}
     with pytest.raises(PluginError):
         load_registry().validated("event_sink", "mail", settings)

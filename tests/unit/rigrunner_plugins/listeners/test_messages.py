@@ -1,4 +1,4 @@
-"""What of a run is reported, and in which words."""
+"""Which events of a run are reported, and their texts."""
 
 from __future__ import annotations
 
@@ -16,26 +16,26 @@ from unit.rigrunner_plugins.listeners.helpers_listeners import (
     event,
     finished,
     planned,
-    whole_run,
+    run_events,
 )
 
 
 @pytest.fixture(autouse=True)
 def disk(monkeypatch):
-    """How much room there is, in 10⁹ bytes."""
-    room = SimpleNamespace(gb=100.0)
-    usage = lambda _: SimpleNamespace(free=room.gb * 1e9)  # noqa: E731  (shorter so)
+    """The free space, in 10⁹ bytes."""
+    space = SimpleNamespace(gb=100.0)
+    usage = lambda _: SimpleNamespace(free=space.gb * 1e9)  # noqa: E731  (shorter so)
     monkeypatch.setattr(messages.shutil, "disk_usage", usage)
-    return room
+    return space
 
 
-def reported(events, **settings):
+def messages_of(events, **settings):
     rules = Rules(RuleSettings(**settings))
     return [message for event in events for message in rules.take(event)]
 
 
-def test_the_end_of_a_run_is_reported_once_with_its_verdict(tmp_path):
-    messages = reported(whole_run(tmp_path))
+def test_end_of_a_run_is_reported_once_with_its_verdict(tmp_path):
+    messages = messages_of(run_events(tmp_path))
     assert [message.kind for message in messages] == ["alarm", "run_ended"]
     assert messages[1].title == "rig-1: run ended (completed, pass) - SN-042"
     assert messages[1].document()["verdict"] == "pass"
@@ -43,7 +43,7 @@ def test_the_end_of_a_run_is_reported_once_with_its_verdict(tmp_path):
     assert "Run: R1" in messages[0].body
 
 
-def test_a_run_that_is_cut_off_after_its_end_is_reported_without_a_verdict():
+def test_run_cut_off_after_its_end_is_reported_without_a_verdict():
     rules = Rules(RuleSettings())
     assert not list(rules.take(ended()))
     (last,) = rules.last()
@@ -51,17 +51,17 @@ def test_a_run_that_is_cut_off_after_its_end_is_reported_without_a_verdict():
     assert not list(rules.last())
 
 
-def test_only_what_the_station_asks_for_is_reported(tmp_path):
-    (message,) = reported(whole_run(tmp_path), on=["run_ended"])
+def test_only_configured_kinds_are_reported(tmp_path):
+    (message,) = messages_of(run_events(tmp_path), on=["run_ended"])
     assert message.kind == "run_ended"
-    assert reported([alarm()], on=["disk_low"]) == []
+    assert messages_of([alarm()], on=["disk_low"]) == []
 
 
 STEP = {"step": "main[0]", "index": 0, "action": "set", "text": "Set"}
 
 
 @pytest.mark.parametrize(
-    "over",
+    "end",
     [
         event(Answer, step="s", text="yes", by="Ann"),
         event(Intervention, action="abort", by="Ann"),
@@ -69,39 +69,39 @@ STEP = {"step": "main[0]", "index": 0, "action": "set", "text": "Set"}
         ended(),
     ],
 )
-def test_a_question_waits_until_somebody_answers_or_it_is_over(over):
+def test_prompt_waits_until_it_is_answered_or_obsolete(end):
     rules = Rules(RuleSettings())
     assert not list(rules.take(event(Prompt, step="main[0]", text="Is the guard closed?")))
     assert rules.waiting.text == "The run waits for an answer: Is the guard closed? (main[0])"
     assert [message.kind for message in rules.take(alarm())] == ["alarm"]
     assert rules.waiting is not None
-    list(rules.take(over))
+    list(rules.take(end))
     assert rules.waiting is None
 
 
-def test_a_pause_waits_for_a_person_as_a_question_does():
+def test_pause_waits_for_a_person_like_a_prompt():
     rules = Rules(RuleSettings())
     list(rules.take(event(Intervention, action="pause", by="interlock heat", reason="too hot")))
     assert rules.waiting.kind == "waits_for_answer"
     assert rules.waiting.text == "The run is paused by interlock heat: too hot"
 
 
-def test_an_instrument_that_is_due_soon_is_named_and_one_that_is_not_is_not(tmp_path):
+def test_only_instruments_due_soon_are_named(tmp_path):
     due = {"load cell": "2026-12-07", "meter": "2026-12-08", "clock": "2026-11-22"}
-    (message,) = reported([planned(tmp_path, due=due)])
+    (message,) = messages_of([planned(tmp_path, due=due)])
     assert message.kind == "calibration_due"
     assert message.text == (
         "clock: calibration was due on 2026-11-22\nload cell: calibration is due on 2026-12-07"
     )
 
 
-def test_little_room_is_reported_once_until_there_was_room_again(disk, tmp_path):
+def test_low_disk_space_is_reported_once_until_there_was_space_again(disk, tmp_path):
     now = SimpleNamespace(s=0.0)
     rules = Rules(RuleSettings(disk_low_gb=5.0), lambda: now.s)
     list(rules.take(planned(tmp_path)))
     kinds = []
-    for room in (100.0, 4.9, 4.0, 100.0, 4.0):
-        disk.gb, now.s = room, now.s + DISK_EVERY_S
+    for free_gb in (100.0, 4.9, 4.0, 100.0, 4.0):
+        disk.gb, now.s = free_gb, now.s + DISK_EVERY_S
         messages = list(rules.take(event(Answer, step="s", text="t", by="b")))
         kinds.append([message.text for message in messages if message.kind == "disk_low"])
     assert kinds == [
@@ -113,19 +113,19 @@ def test_little_room_is_reported_once_until_there_was_room_again(disk, tmp_path)
     ]
 
 
-def test_what_may_not_be_safe_is_an_alarm():
-    (message,) = reported([event(MadeSafe, what="tester", problems=("no answer",))])
+def test_unsafe_device_is_reported_as_an_alarm():
+    (message,) = messages_of([event(MadeSafe, what="tester", problems=("no answer",))])
     assert (message.kind, message.text) == ("alarm", "tester may not be safe: no answer")
-    assert reported([event(MadeSafe, what="tester")]) == []
+    assert messages_of([event(MadeSafe, what="tester")]) == []
 
 
-def test_that_a_listener_failed_is_not_reported_by_listeners():
+def test_failed_listener_is_not_reported_by_listeners():
     failed = event(messages.Alarm, source="event sink", text="mail failed and was dropped")
-    assert reported([failed]) == []
+    assert messages_of([failed]) == []
 
 
-def test_a_line_break_in_a_specimen_makes_no_second_line_of_a_subject(tmp_path):
+def test_line_break_in_a_specimen_does_not_split_the_subject(tmp_path):
     hostile = planned(tmp_path, inputs={"specimen": "SN\r\nBcc: all@example.org"})
-    message = reported([hostile, finished()])[-1]
+    message = messages_of([hostile, finished()])[-1]
     assert "\n" not in message.title
     assert "\r" not in message.title

@@ -18,9 +18,9 @@ from unit.rigrunner_plugins.listeners.helpers_listeners import (
     SECRET,
     alarm,
     free_port,
-    unkind,
-    until,
-    whole_run,
+    run_events,
+    unresponsive,
+    wait_until,
 )
 
 paho = pytest.importorskip("paho.mqtt.client")
@@ -31,7 +31,7 @@ with_broker = pytest.mark.skipif(not BROKER or not WORDS, reason="mosquitto is n
 
 
 @pytest.fixture(autouse=True)
-def short(monkeypatch):
+def short_pauses(monkeypatch):
     monkeypatch.setattr(notifier, "FIRST_PAUSE_S", 0.01)
     monkeypatch.setattr(notifier, "LAST_WORDS_S", 5.0)
     monkeypatch.setenv("MQTT_WORD", SECRET)
@@ -46,7 +46,7 @@ def broker(folder, *lines):
     )
     process = subprocess.Popen([BROKER, "-c", str(file)], stderr=subprocess.DEVNULL)
     try:
-        until(lambda: answers(port))
+        wait_until(lambda: answers(port))
         yield port
     finally:
         process.terminate()
@@ -63,24 +63,24 @@ def answers(port):
 
 @contextmanager
 def subscribed(port, user="", word=""):
-    got, ready = [], threading.Event()
+    messages, ready = [], threading.Event()
     client = paho.Client(paho.CallbackAPIVersion.VERSION2)
     client.on_connect = lambda *_: client.subscribe("#", qos=1)
     client.on_subscribe = lambda *_: ready.set()
-    client.on_message = lambda _client, _data, message: got.append(message)
+    client.on_message = lambda _client, _data, message: messages.append(message)
     if user:
         client.username_pw_set(user, word)
     client.connect("127.0.0.1", port)
     client.loop_start()
     try:
         assert ready.wait(30)
-        yield got
+        yield messages
     finally:
         client.disconnect()
         client.loop_stop()
 
 
-def to(port, **more):
+def sink_to(port, **more):
     from rigrunner_plugins.listeners.mqtt import mqtt  # noqa: PLC0415  (an extra)
 
     settings = {"host": "127.0.0.1", "port": port, "timeout": "5 s", "attempts": 2}
@@ -88,50 +88,50 @@ def to(port, **more):
 
 
 @with_broker
-def test_the_broker_hands_on_what_happened(tmp_path):
-    with broker(tmp_path, "allow_anonymous true") as port, subscribed(port) as got:
-        sink = to(port)
-        for event in whole_run(tmp_path):
+def test_broker_forwards_the_messages(tmp_path):
+    with broker(tmp_path, "allow_anonymous true") as port, subscribed(port) as messages:
+        sink = sink_to(port)
+        for event in run_events(tmp_path):
             sink(event)
         sink.close()
         assert sink.lost == 0
-        until(lambda: len(got) == 2)
-    topics = [message.topic for message in got]
+        wait_until(lambda: len(messages) == 2)
+    topics = [message.topic for message in messages]
     assert topics == ["rigrunner/rig-1/alarm", "rigrunner/rig-1/run_ended"]
-    document = json.loads(got[1].payload)
+    document = json.loads(messages[1].payload)
     assert (document["verdict"], document["run"]) == ("pass", "R1")
 
 
 @with_broker
-def test_the_account_is_needed_and_never_said(tmp_path, caplog):
-    words = tmp_path / "words"
-    subprocess.run([WORDS, "-b", "-c", str(words), "rig", SECRET], check=True)
-    words.chmod(0o644)
-    lines = "allow_anonymous false", f"password_file {words}"
-    with broker(tmp_path, *lines) as port, subscribed(port, "rig", SECRET) as got:
-        refused = to(port)
-        refused(alarm())
-        until(lambda: refused.lost)
-        sink = to(port, user="rig", password={"env": "MQTT_WORD"})
+def test_account_is_required_and_not_logged(tmp_path, caplog):
+    password_file = tmp_path / "words"
+    subprocess.run([WORDS, "-b", "-c", str(password_file), "rig", SECRET], check=True)
+    password_file.chmod(0o644)
+    lines = "allow_anonymous false", f"password_file {password_file}"
+    with broker(tmp_path, *lines) as port, subscribed(port, "rig", SECRET) as messages:
+        without_account = sink_to(port)
+        without_account(alarm())
+        wait_until(lambda: without_account.lost)
+        sink = sink_to(port, user="rig", password={"env": "MQTT_WORD"})
         sink(alarm())
         sink.close()
-        until(lambda: len(got) == 1)
-    assert (sink.lost, refused.lost) == (0, 1)
+        wait_until(lambda: len(messages) == 1)
+    assert (sink.lost, without_account.lost) == (0, 1)
     assert "the broker refused the connection: Not authorized" in caplog.text
     assert SECRET not in caplog.text
 
 
 @with_broker
-def test_a_broker_that_comes_back_gets_the_message(tmp_path, monkeypatch):
+def test_broker_that_returns_gets_the_message(tmp_path, monkeypatch):
     monkeypatch.setattr(notifier, "FIRST_PAUSE_S", 0.5)
     port = free_port()
-    sink = to(port, attempts=10)
+    sink = sink_to(port, attempts=10)
     sink(alarm())
     file = tmp_path / "again.conf"
     file.write_text(f"listener {port} 127.0.0.1\nallow_anonymous true\n", encoding="utf-8")
     process = subprocess.Popen([BROKER, "-c", str(file)], stderr=subprocess.DEVNULL)
     try:
-        until(lambda: not sink._works)
+        wait_until(lambda: not sink._works)
     finally:
         process.terminate()
         process.wait()
@@ -139,40 +139,40 @@ def test_a_broker_that_comes_back_gets_the_message(tmp_path, monkeypatch):
 
 
 @pytest.mark.parametrize("closes", [True, False])
-def test_a_broker_that_hangs_or_closes_is_given_up(closes):
-    with unkind(closes=closes) as port:
-        sink = to(port, timeout="0.2 s")
+def test_broker_that_hangs_or_closes_is_given_up(closes):
+    with unresponsive(closes=closes) as port:
+        sink = sink_to(port, timeout="0.2 s")
         sink(alarm())
-        until(lambda: sink.lost)
+        wait_until(lambda: sink.lost)
         sink.close()
     assert sink.lost == 1
 
 
-def test_a_broker_that_accepts_and_closes_is_tried_again(caplog):
+def test_broker_that_accepts_and_closes_is_retried(caplog):
     accepted = bytes([0x20, 2, 0, 0])  # CONNACK of MQTT 3.1.1, without an error
-    with socket.create_server(("127.0.0.1", 0)) as listening:
-        listening.settimeout(60.0)
-        came = []
+    with socket.create_server(("127.0.0.1", 0)) as listener:
+        listener.settimeout(60.0)
+        addresses = []
 
         def work():
             for _ in range(2):
-                connection, address = listening.accept()
-                came.append(address)
+                connection, address = listener.accept()
+                addresses.append(address)
                 connection.recv(1000)
                 connection.sendall(accepted)
                 connection.close()
 
         thread = threading.Thread(target=work)
         thread.start()
-        sink = to(listening.getsockname()[1], timeout="3 s", attempts=2)
+        sink = sink_to(listener.getsockname()[1], timeout="3 s", attempts=2)
         sink(alarm())
-        until(lambda: sink.lost)
+        wait_until(lambda: sink.lost)
         sink.close()
         thread.join()
-    assert len(came) == 2
+    assert len(addresses) == 2
     assert "the broker closed the connection" in caplog.text or "did not confirm" in caplog.text
 
 
 @pytest.mark.conformance("event_sink", "mqtt", {"host": "127.0.0.1", "port": 9, "attempts": 1})
-def test_it_conforms(conformance):
+def test_mqtt_sink_conforms(conformance):
     conformance()

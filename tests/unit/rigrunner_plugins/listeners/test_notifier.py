@@ -1,4 +1,4 @@
-"""Messages are sent in order, again where that helps, and never in the way of the run."""
+"""Messages are sent in order, retried where that helps, and never delay the run."""
 
 from __future__ import annotations
 
@@ -12,11 +12,11 @@ from rigrunner.api.events import Answer, Prompt
 from rigrunner_plugins.listeners import notifier
 from rigrunner_plugins.listeners.notifier import MOST_WAITING, DeliveryError, Notifier
 from rigrunner_plugins.listeners.settings import RuleSettings
-from unit.rigrunner_plugins.listeners.helpers_listeners import alarm, event, until, whole_run
+from unit.rigrunner_plugins.listeners.helpers_listeners import alarm, event, run_events, wait_until
 
 
 @pytest.fixture(autouse=True)
-def short(monkeypatch):
+def short_pauses(monkeypatch):
     monkeypatch.setattr(notifier, "FIRST_PAUSE_S", 0.01)
     monkeypatch.setattr(notifier, "LAST_WORDS_S", 0.5)
 
@@ -28,7 +28,7 @@ def notifier_of(deliver, **settings):
 
 
 class Flaky:
-    """Fails so often, then takes every message."""
+    """Fails a number of times, then accepts every message."""
 
     def __init__(self, times, error):
         self.left, self.error = times, error
@@ -42,53 +42,53 @@ class Flaky:
         self.got.append(message.text)
 
 
-def test_messages_come_in_their_order_and_no_thread_stays(tmp_path):
+def test_messages_are_sent_in_order_and_the_thread_ends(tmp_path):
     flaky = Flaky(0, None)
     sink = notifier_of(flaky)
-    for run_event in whole_run(tmp_path):
+    for run_event in run_events(tmp_path):
         sink(run_event)
     sink.close()
     assert flaky.got == ["interlock hot: too hot", "The run ended: completed. Verdict: pass."]
     assert sink.lost == 0
-    until(lambda: not [thread for thread in threading.enumerate() if thread.name == "to test"])
+    wait_until(lambda: not [thread for thread in threading.enumerate() if thread.name == "to test"])
 
 
 @pytest.mark.parametrize("error", [DeliveryError("500"), ConnectionRefusedError(), TimeoutError()])
-def test_what_was_not_taken_is_sent_again(error):
+def test_failed_message_is_sent_again(error):
     flaky = Flaky(3, error)
     sink = notifier_of(flaky, attempts=4)
     sink(alarm())
-    until(lambda: flaky.got)
+    wait_until(lambda: flaky.got)
     sink.close()
     assert (flaky.attempts, sink.lost) == (4, 0)
 
 
-def test_the_end_of_the_run_is_sent_again_too(tmp_path):
+def test_end_of_the_run_is_retried_too(tmp_path):
     flaky = Flaky(3, DeliveryError("the receiver answered 503"))
     sink = notifier_of(flaky)
-    for run_event in whole_run(tmp_path)[-1:]:
+    for run_event in run_events(tmp_path)[-1:]:
         sink(run_event)
     sink.close()
     assert (flaky.attempts, sink.lost) == (4, 0)
     assert flaky.got == ["The run ended: completed. Verdict: pass."]
 
 
-def test_a_receiver_that_is_gone_is_not_waited_for_after_its_time(monkeypatch):
+def test_unreachable_receiver_is_not_waited_for_beyond_the_limit(monkeypatch):
     monkeypatch.setattr(notifier, "FIRST_PAUSE_S", 0.3)
-    lost = Flaky(99, DeliveryError("the receiver answered 503"))
-    sink = notifier_of(lost)
+    flaky = Flaky(99, DeliveryError("the receiver answered 503"))
+    sink = notifier_of(flaky)
     sink(alarm())
     sink.close()
-    assert lost.attempts == 2
+    assert flaky.attempts == 2
     assert sink.lost == 1
 
 
-def test_after_the_last_try_it_is_counted_and_said(caplog):
+def test_lost_message_is_counted_and_logged_after_the_last_attempt(caplog):
     flaky = Flaky(99, DeliveryError("the receiver answered 503"))
     sink = notifier_of(flaky, attempts=3)
     with caplog.at_level(logging.WARNING):
         sink(alarm())
-        until(lambda: sink.lost)
+        wait_until(lambda: sink.lost)
         sink.close()
     assert flaky.attempts == 3
     assert "test: 'alarm' was not delivered: the receiver answered 503" in caplog.text
@@ -96,48 +96,48 @@ def test_after_the_last_try_it_is_counted_and_said(caplog):
 
 
 @pytest.mark.parametrize("error", [DeliveryError("404", again=False), ZeroDivisionError("bug")])
-def test_what_no_try_can_help_is_not_tried_again_and_the_next_message_is_sent(error):
+def test_permanent_failure_is_not_retried_and_the_next_message_is_sent(error):
     flaky = Flaky(1, error)
     sink = notifier_of(flaky)
     sink(alarm("first"))
     sink(alarm("second"))
-    until(lambda: flaky.got)
+    wait_until(lambda: flaky.got)
     assert (flaky.attempts, sink.lost, flaky.got) == (2, 1, ["interlock hot: second"])
 
 
-def test_what_an_error_of_a_library_says_is_not_repeated(caplog):
+def test_text_of_a_library_error_is_not_logged(caplog):
     flaky = Flaky(1, ValueError("https://user:s3cret@host"))
     sink = notifier_of(flaky)
     with caplog.at_level(logging.DEBUG):
         sink(alarm())
-        until(lambda: sink.lost)
+        wait_until(lambda: sink.lost)
     assert "ValueError" in caplog.text
     assert "s3cret" not in caplog.text
 
 
-def test_a_receiver_that_hangs_holds_nothing_up_and_the_oldest_messages_are_dropped(caplog):
-    free, got = threading.Event(), []
+def test_hanging_receiver_delays_nothing_and_the_oldest_messages_are_dropped(caplog):
+    released, texts = threading.Event(), []
 
-    def hangs(message):
-        free.wait()
-        got.append(message.text)
+    def hang(message):
+        released.wait()
+        texts.append(message.text)
 
-    sink = notifier_of(hangs)
-    began_s = time.monotonic()
+    sink = notifier_of(hang)
+    start_s = time.monotonic()
     for number in range(10 * MOST_WAITING):
         sink(alarm(str(number)))
-    assert time.monotonic() - began_s < 10
+    assert time.monotonic() - start_s < 10
     assert len(sink._waiting) == MOST_WAITING
     assert sink.lost == pytest.approx(9 * MOST_WAITING, abs=1)
     with caplog.at_level(logging.WARNING):
         sink.close()
-    assert time.monotonic() - began_s < 20
+    assert time.monotonic() - start_s < 20
     assert sink.lost == 10 * MOST_WAITING
     assert f"{10 * MOST_WAITING} messages were not delivered" in caplog.text
-    free.set()
+    released.set()
 
 
-def test_a_question_is_sent_after_a_time_unless_it_is_answered():
+def test_prompt_is_sent_after_a_time_unless_it_is_answered():
     flaky = Flaky(0, None)
     sink = notifier_of(flaky, wait="0.3 s")
     sink(event(Prompt, step="a", text="first"))
@@ -145,18 +145,18 @@ def test_a_question_is_sent_after_a_time_unless_it_is_answered():
     sink(event(Prompt, step="b", text="second"))
     time.sleep(0.05)
     assert flaky.got == []
-    until(lambda: flaky.got)
+    wait_until(lambda: flaky.got)
     sink(alarm())
-    until(lambda: len(flaky.got) == 2)
+    wait_until(lambda: len(flaky.got) == 2)
     assert flaky.got == ["The run waits for an answer: second (b)", "interlock hot: too hot"]
     sink.close()
 
 
-def test_the_end_of_the_run_does_not_wait_for_a_question():
+def test_end_of_the_run_does_not_wait_for_a_prompt():
     flaky = Flaky(0, None)
     sink = notifier_of(flaky, wait="1 h")
     sink(event(Prompt, step="a", text="first"))
-    began_s = time.monotonic()
+    start_s = time.monotonic()
     sink.close()
-    assert time.monotonic() - began_s < 10
+    assert time.monotonic() - start_s < 10
     assert (flaky.got, sink.lost) == ([], 0)

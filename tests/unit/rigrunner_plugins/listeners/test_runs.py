@@ -1,4 +1,4 @@
-"""Runs whose station names receivers: they get their messages, and no receiver touches the run."""
+"""Runs whose station names receivers: they get messages, and no receiver affects the run."""
 
 from __future__ import annotations
 
@@ -13,15 +13,15 @@ from rigrunner.api import PluginError
 from rigrunner.api.events import Alarm, Outcome, Samples
 from rigrunner.runfile import read
 from rigrunner_plugins.listeners import notifier
-from unit.rigrunner_plugins.listeners.helpers_listeners import SECRET, unkind, web
+from unit.rigrunner_plugins.listeners.helpers_listeners import SECRET, unresponsive, web
 
 pytestmark = pytest.mark.usefixtures("tester")
 
 
 def lab(folder, *listeners):
     """Return a procedure and a station that names listeners, as YAML's flow mappings."""
-    named = "".join(f"\n  - {listener}" for listener in listeners)
-    changed = ("id: bench\n", f"id: bench\nlisteners:{named}\n")
+    entries = "".join(f"\n  - {listener}" for listener in listeners)
+    changed = ("id: bench\n", f"id: bench\nlisteners:{entries}\n")
     return procedure_file(folder, "idle"), station_file(folder, changed)
 
 
@@ -42,7 +42,7 @@ def samples_of(finished):
     return {rec.name: len(next(iter(rec.channels.values()))) for rec in stored.recordings}
 
 
-def test_a_receiver_is_told_of_a_real_run_and_its_secret_is_in_no_file_of_it(tmp_path):
+def test_receiver_gets_messages_and_its_secret_is_in_no_file(tmp_path):
     with web() as (receiver, port):
         procedure, station = lab(tmp_path, hook(port))
         finished = run(procedure, tmp_path / "runs", station=station)
@@ -58,20 +58,20 @@ def test_a_receiver_is_told_of_a_real_run_and_its_secret_is_in_no_file_of_it(tmp
 
 
 @pytest.mark.parametrize("closes", first(1, [False, True]))
-def test_a_receiver_that_hangs_or_closes_changes_nothing_of_the_run(tmp_path, closes, caplog):
+def test_receiver_that_hangs_or_closes_does_not_affect_the_run(tmp_path, closes, caplog):
     (tmp_path / "quiet").mkdir()
-    quiet = run(procedure_file(tmp_path / "quiet", "idle"), tmp_path / "q")
-    with unkind(closes=closes) as port:
+    expected = run(procedure_file(tmp_path / "quiet", "idle"), tmp_path / "q")
+    with unresponsive(closes=closes) as port:
         mail = (
             f"{{plugin: mail, settings: {{host: 127.0.0.1, port: {port}, security: none,"
             " sender: a@b, to: [c@d], disk_low_gb: 1e9}}"
         )
         procedure, station = lab(tmp_path, hook(port), mail)
-        began_s = time.monotonic()
+        start_s = time.monotonic()
         finished = run(procedure, tmp_path / "runs", station=station)
-    assert time.monotonic() - began_s < 60
+    assert time.monotonic() - start_s < 60
     assert finished.outcome is Outcome.COMPLETED
-    assert samples_of(finished) == samples_of(quiet)
+    assert samples_of(finished) == samples_of(expected)
     stored = read(finished.folder).events
     events = [event for event in stored if isinstance(event, (Alarm, Samples))]
     assert events == []
@@ -80,7 +80,7 @@ def test_a_receiver_that_hangs_or_closes_changes_nothing_of_the_run(tmp_path, cl
     assert SECRET not in caplog.text
 
 
-def test_a_secret_that_is_not_there_keeps_the_run_from_starting(tmp_path, monkeypatch):
+def test_missing_secret_keeps_the_run_from_starting(tmp_path, monkeypatch):
     monkeypatch.delenv("HOOK_KEY")
     procedure, station = lab(tmp_path, hook(9))
     with pytest.raises(PluginError, match="the variable HOOK_KEY is empty or not set"):
@@ -89,5 +89,5 @@ def test_a_secret_that_is_not_there_keeps_the_run_from_starting(tmp_path, monkey
 
 
 @pytest.fixture(autouse=True)
-def short(monkeypatch):
+def short_pauses(monkeypatch):
     monkeypatch.setattr(notifier, "LAST_WORDS_S", 1.0)

@@ -1,4 +1,4 @@
-"""Messages to a web server: signed, sent again where that helps, and never redirected."""
+"""Messages to a web server: signed, retried where that helps, and never redirected."""
 
 from __future__ import annotations
 
@@ -17,37 +17,37 @@ from rigrunner_plugins.listeners.webhook import signature, signing_key, webhook
 from unit.rigrunner_plugins.listeners.helpers_listeners import (
     SECRET,
     alarm,
-    unending,
-    unkind,
-    until,
+    endless_answers,
+    run_events,
+    unresponsive,
+    wait_until,
     web,
-    whole_run,
 )
 
 
 @pytest.fixture(autouse=True)
-def short(monkeypatch):
+def short_pauses(monkeypatch):
     monkeypatch.setattr(notifier, "FIRST_PAUSE_S", 0.01)
     monkeypatch.setattr(notifier, "LAST_WORDS_S", 1.0)
     monkeypatch.setenv("HOOK_KEY", SECRET)
 
 
-def to(port, **more):
+def sink_to(port, **more):
     url = f"http://127.0.0.1:{port}/hook?rig=1"
     return webhook(WebhookSettings(url=url, **{"timeout": "2 s", "attempts": 3, **more}))
 
 
-def test_the_signature_is_that_of_the_standard():
+def test_signature_is_that_of_the_standard():
     """The example in the tests of the Standard Webhooks libraries."""
     key = signing_key("whsec_MfKQ9r8GKYqrTwjUPD8ILPZIo2LaLaSw")
-    signed = signature(key, "msg_p5jXN8AQM9LWM0D4loKWxJek", "1614265330", b'{"test": 2432232314}')
-    assert signed == "v1,g0hM9SsE+OTPJTGt/tmIKtSyZlE3uFJELVlNIOLJ1OE="
+    value = signature(key, "msg_p5jXN8AQM9LWM0D4loKWxJek", "1614265330", b'{"test": 2432232314}')
+    assert value == "v1,g0hM9SsE+OTPJTGt/tmIKtSyZlE3uFJELVlNIOLJ1OE="
 
 
-def test_a_receiver_gets_signed_json(tmp_path):
+def test_receiver_gets_signed_json(tmp_path):
     with web() as (receiver, port):
-        sink = to(port, secret={"env": "HOOK_KEY"})
-        for event in whole_run(tmp_path):
+        sink = sink_to(port, secret={"env": "HOOK_KEY"})
+        for event in run_events(tmp_path):
             sink(event)
         sink.close()
     assert sink.lost == 0
@@ -64,11 +64,11 @@ def test_a_receiver_gets_signed_json(tmp_path):
     assert len(set(ids)) == 2
 
 
-def test_a_receiver_that_is_in_trouble_is_asked_again_with_the_same_id():
+def test_failing_receiver_is_retried_with_the_same_id():
     with web(500, 429, 200) as (receiver, port):
-        sink = to(port)
+        sink = sink_to(port)
         sink(alarm())
-        until(lambda: len(receiver.got) == 3)
+        wait_until(lambda: len(receiver.got) == 3)
         sink.close()
     assert sink.lost == 0
     assert len({headers["webhook-id"] for _, headers, _ in receiver.got}) == 1
@@ -76,21 +76,21 @@ def test_a_receiver_that_is_in_trouble_is_asked_again_with_the_same_id():
 
 
 @pytest.mark.parametrize("status", [302, 400, 401, 404])
-def test_what_the_receiver_refuses_is_not_sent_again_and_no_redirect_is_followed(status):
+def test_refused_message_is_not_retried_and_no_redirect_is_followed(status):
     with web(status) as (receiver, port):
-        sink = to(port)
+        sink = sink_to(port)
         sink(alarm())
-        until(lambda: sink.lost)
+        wait_until(lambda: sink.lost)
         sink.close()
     assert [path for path, _, _ in receiver.got] == ["/hook?rig=1"]
 
 
 @pytest.mark.parametrize("closes", [True, False])
-def test_a_receiver_that_hangs_or_closes_is_given_up(closes):
-    with unkind(closes=closes) as port:
-        sink = to(port, timeout="0.1 s", attempts=2)
+def test_receiver_that_hangs_or_closes_is_given_up(closes):
+    with unresponsive(closes=closes) as port:
+        sink = sink_to(port, timeout="0.1 s", attempts=2)
         sink(alarm())
-        until(lambda: sink.lost)
+        wait_until(lambda: sink.lost)
         sink.close()
     assert sink.lost == 1
 
@@ -103,37 +103,37 @@ def test_a_receiver_that_hangs_or_closes_is_given_up(closes):
         (b"HTTP/1.1 100 Continue\r\n", b"a: b\r\n", 0.02),
     ],
 )
-def test_an_answer_that_never_ends_is_given_up(first, again, pause_s):
-    with unending(first, again, pause_s) as port:
-        sink = to(port, timeout="0.3 s", attempts=1)
+def test_endless_answer_is_given_up(first, again, pause_s):
+    with endless_answers(first, again, pause_s) as port:
+        sink = sink_to(port, timeout="0.3 s", attempts=1)
         sink(alarm())
-        until(lambda: sink.lost)
+        wait_until(lambda: sink.lost)
         sink.close()
     assert sink.lost == 1
 
 
-def test_what_follows_the_status_is_not_read():
-    with unending(b"HTTP/1.1 200 OK\r\n\r\n", b"x" * 1000) as port:
-        sink = to(port, attempts=1)
+def test_body_of_the_answer_is_not_read():
+    with endless_answers(b"HTTP/1.1 200 OK\r\n\r\n", b"x" * 1000) as port:
+        sink = sink_to(port, attempts=1)
         sink(alarm())
         sink.close()
     assert sink.lost == 0
 
 
-def test_a_secret_is_read_when_the_run_begins_and_said_nowhere(tmp_path, monkeypatch):
+def test_secret_is_read_when_the_run_starts_and_not_logged(tmp_path, monkeypatch):
     file = tmp_path / "key"
     file.write_text(f"{SECRET}\n", encoding="utf-8")
     assert Secret(file=str(file)).read() == SECRET
     monkeypatch.delenv("HOOK_KEY")
     with pytest.raises(PluginError, match="the variable HOOK_KEY is empty or not set"):
-        to(1, secret={"env": "HOOK_KEY"})
+        sink_to(1, secret={"env": "HOOK_KEY"})
     with pytest.raises(PluginError, match="cannot read the file /no/such: FileNotFoundError"):
         Secret(file="/no/such").read()
     bad = "whsec_no*base64"
     monkeypatch.setenv("HOOK_KEY", bad)
-    with pytest.raises(PluginError, match="not base64") as refused:
-        to(1, secret={"env": "HOOK_KEY"})
-    assert bad not in str(refused.value)
+    with pytest.raises(PluginError, match="not base64") as raised:
+        sink_to(1, secret={"env": "HOOK_KEY"})
+    assert bad not in str(raised.value)
 
 
 @pytest.mark.parametrize(
@@ -149,6 +149,6 @@ def test_a_secret_is_read_when_the_run_begins_and_said_nowhere(tmp_path, monkeyp
         {"url": "https://host/", "timeout": "5"},
     ],
 )
-def test_what_cannot_be_is_refused(settings):
+def test_contradictory_settings_are_refused(settings):
     with pytest.raises(PluginError):
         load_registry().validated("event_sink", "webhook", settings)

@@ -15,7 +15,7 @@ def rejected(values, **changes):
     return [rejection.index for rejection in rule(np.asarray(values, float))]
 
 
-def test_a_masked_one_is_rejected_with_its_group_below_its_own_critical_value():
+def test_masked_outlier_is_rejected_with_its_group():
     """9.0 and 9.1 among 14: (9.1 - 2.15)/2.92 = 2.38 is below 2.51, and without it 9.0 exceeds."""
     rejections = GeneralizedEsd(GeneralizedEsdSettings())(np.array([*GOOD, 9.0, 9.1]))
     assert [rejection.index for rejection in rejections] == [13, 12]
@@ -23,17 +23,17 @@ def test_a_masked_one_is_rejected_with_its_group_below_its_own_critical_value():
     assert rejections[1].statistic > rejections[1].critical
 
 
-@pytest.mark.parametrize(("n", "looked_for"), [(3, 1), (4, 1), (14, 2), (15, 3), (30, 6)])
-def test_it_looks_for_one_error_among_five_values(n, looked_for):
+@pytest.mark.parametrize(("n", "limit"), [(3, 1), (4, 1), (14, 2), (15, 3), (30, 6)])
+def test_one_in_five_values_may_be_an_outlier(n, limit):
     good = np.resize(GOOD, n)
     spoiled = good.copy()
-    spoiled[:looked_for] = 1e4 * 3.0 ** np.arange(looked_for)
-    assert rejected(spoiled) == list(reversed(range(looked_for)))
-    spoiled[looked_for] = 3e3
-    assert len(rejected(spoiled)) <= looked_for
+    spoiled[:limit] = 1e4 * 3.0 ** np.arange(limit)
+    assert rejected(spoiled) == list(reversed(range(limit)))
+    spoiled[limit] = 3e3
+    assert len(rejected(spoiled)) <= limit
 
 
-def test_it_looks_for_no_more_than_it_is_told():
+def test_no_more_than_at_most_are_rejected():
     values = np.resize(GOOD, 30)
     values[[3, 4, 5]] = 50.0, 500.0, 5000.0
     assert rejected(values, at_most=2) == [5, 4]
@@ -41,7 +41,7 @@ def test_it_looks_for_no_more_than_it_is_told():
 
 
 @pytest.mark.parametrize("value", [1.1, 9.0])
-def test_of_one_error_it_is_grubbs_test(value):
+def test_one_outlier_is_grubbs_test(value):
     values = np.array([*GOOD, value])
     ours = GeneralizedEsd(GeneralizedEsdSettings(at_most=1))(values)
     theirs = Grubbs(GrubbsSettings())(values)
@@ -51,8 +51,8 @@ def test_of_one_error_it_is_grubbs_test(value):
 
 
 @pytest.mark.parametrize(
-    "bad", [{"alpha": 0.0}, {"alpha": 0.5}, {"at_most": 0}, {"at_most": 2.0}, {"side": "high"}]
+    "settings", [{"alpha": 0.0}, {"alpha": 0.5}, {"at_most": 0}, {"at_most": 2.0}, {"side": "high"}]
 )
-def test_settings_are_strict(bad):
+def test_invalid_settings_are_refused(settings):
     with pytest.raises(ValidationError):
-        GeneralizedEsdSettings(**bad)
+        GeneralizedEsdSettings(**settings)

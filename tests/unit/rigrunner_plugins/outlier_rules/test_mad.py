@@ -12,7 +12,7 @@ def rejected(values, **changes):
     return [rejection.index for rejection in Mad(MadSettings(**changes))(np.asarray(values, float))]
 
 
-def test_the_threshold_decides():
+def test_threshold_decides():
     """By hand: median 3, MAD 1; 9 is 0.6745 * 6 = 4.05 out."""
     values = [1.0, 2.0, 3.0, 4.0, 9.0]
     assert rejected(values) == [4]
@@ -20,19 +20,19 @@ def test_the_threshold_decides():
     assert rejected(values, threshold=4.1) == []
 
 
-def test_almost_half_of_the_values_may_be_wrong():
+def test_almost_half_of_the_values_may_be_outliers():
     values = [1.0, 1.1, 0.9, 1.05, 0.95, 1.02, 9.0, 9.1, 9.2, -5.0]
     assert rejected(values) == [6, 7, 8, 9]
 
 
-def test_where_most_values_agree_the_mean_deviation_decides():
+def test_mean_deviation_is_used_if_most_values_are_equal():
     """By hand: the mean distance of nine 1.0 and one 9.0 from 1.0 is 0.8; 8/(0.8 * 1.2533)."""
     values = np.array([1.0] * 9 + [9.0])
     assert modified_z_score(values)[9] == pytest.approx(8 / (0.8 * 1.2533141))
     assert rejected(values) == [9]
 
 
-@pytest.mark.parametrize("bad", [{"threshold": 0.0}, {"threshold": -1.0}, {"alpha": 0.05}])
-def test_settings_are_strict(bad):
+@pytest.mark.parametrize("settings", [{"threshold": 0.0}, {"threshold": -1.0}, {"alpha": 0.05}])
+def test_invalid_settings_are_refused(settings):
     with pytest.raises(ValidationError):
-        MadSettings(**bad)
+        MadSettings(**settings)

@@ -1,4 +1,4 @@
-"""What the guardian takes for a hang, without waiting for one."""
+"""What the guardian takes for a hang, without waiting."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ class FakeOwner:
 
 @pytest.fixture
 def clock(monkeypatch):
-    """Time that passes only where a test says so."""
+    """Return the time, in a list, which only the test advances."""
     now = [0.0]
     monkeypatch.setattr(main.time, "monotonic", lambda: now[0])
     monkeypatch.setattr(main, "_is_energised", lambda _task: True)
@@ -63,7 +63,7 @@ def ticks(patience, clock, count, seconds=1.0):
         patience.tick()
 
 
-def test_silence_is_over_after_the_limit_and_a_beat_begins_it_anew(patience, clock):
+def test_patience_ends_after_limit_and_restarts_with_each_beat(patience, clock):
     ticks(patience, clock, 30)
     assert not patience.is_over
     patience.beat(10.0)
@@ -73,16 +73,16 @@ def test_silence_is_over_after_the_limit_and_a_beat_begins_it_anew(patience, clo
     assert patience.is_over
 
 
-def test_a_computer_that_was_suspended_has_missed_nothing(patience, clock):
+def test_suspended_computer_does_not_use_up_patience(patience, clock):
     ticks(patience, clock, 1, seconds=8 * 3600.0)
     assert not patience.is_over
-    ticks(patience, clock, 28)  # one look counts as two seconds at most
+    ticks(patience, clock, 28)  # one tick counts as two seconds at most
     assert not patience.is_over
     ticks(patience, clock, 1)
     assert patience.is_over
 
 
-def test_a_hung_process_is_asked_and_then_killed(patience, clock, owner):
+def test_hung_process_is_terminated_then_killed(patience, clock, owner):
     ticks(patience, clock, 31)
     patience.end()
     assert (owner.sent, patience.was_asked) == (["SIGTERM", "SIGCONT"], True)
@@ -92,7 +92,7 @@ def test_a_hung_process_is_asked_and_then_killed(patience, clock, owner):
     assert owner.sent[-1] == "SIGKILL"
 
 
-def test_a_process_that_not_even_a_kill_ends_is_told_to_a_person(patience, clock, monkeypatch):
+def test_unkillable_process_is_reported(patience, clock, monkeypatch):
     lines = []
     monkeypatch.setattr(main, "say", lines.append)
     monkeypatch.setattr(main, "_dies_within", lambda *_: False)
@@ -103,7 +103,7 @@ def test_a_process_that_not_even_a_kill_ends_is_told_to_a_person(patience, clock
     assert not patience.is_over
 
 
-def test_a_process_that_makes_progress_after_it_was_asked_is_not_killed(patience, clock, owner):
+def test_process_making_progress_after_request_is_not_killed(patience, clock, owner):
     ticks(patience, clock, 31)
     patience.end()
     patience.beat(30.0)
@@ -113,7 +113,7 @@ def test_a_process_that_makes_progress_after_it_was_asked_is_not_killed(patience
 
 
 @pytest.mark.parametrize("why", ["traced", "not energised"])
-def test_what_a_debugger_holds_and_what_is_not_energised_is_left_alone(
+def test_debugged_process_and_unenergised_rig_are_left_alone(
     patience, clock, owner, why, monkeypatch
 ):
     owner.is_traced = why == "traced"
@@ -133,7 +133,7 @@ def test_what_a_debugger_holds_and_what_is_not_energised_is_left_alone(
         (["dead", "30.0", "closed"], "the process of a run (7) died"),
     ],
 )
-def test_a_rig_that_was_given_back_is_left_alone_and_a_death_is_told(owner, messages, reason):
+def test_released_rig_is_left_alone_and_death_is_reported(owner, messages, reason):
     news = SimpleQueue()
     for message in messages:
         news.put(message)
@@ -141,23 +141,23 @@ def test_a_rig_that_was_given_back_is_left_alone_and_a_death_is_told(owner, mess
     assert main._guard(TASK, owner, news) == reason
 
 
-@pytest.mark.parametrize("there", [True, False])
-def test_a_rig_whose_lock_was_removed_may_be_energised(tmp_path, monkeypatch, there):
+@pytest.mark.parametrize("exists", [True, False])
+def test_rig_without_lock_file_may_be_energised(tmp_path, monkeypatch, exists):
     monkeypatch.setenv("RIGRUNNER_LOCKS", str(tmp_path))
     lock = tmp_path / "s.lock"
-    if there:
+    if exists:
         lock.touch()
-    assert main._is_energised({"station": "s", "locks": [str(lock)]}) is not there
+    assert main._is_energised({"station": "s", "locks": [str(lock)]}) is not exists
 
 
-@pytest.mark.parametrize(("role", "left"), [("psu", True), ("oven", False)])
-def test_each_drive_of_an_unreadable_marker_may_be_energised(role, left):
+@pytest.mark.parametrize(("role", "expected"), [("psu", True), ("oven", False)])
+def test_unreadable_marker_may_contain_any_drive(role, expected):
     drives = (DriveMark(Member("psu", "voltage"), "V", 0.0, 40.0),)
-    assert acting._has_drive_of(Marker("s", OWNER, drives), role) is left
+    assert acting._has_drive_of(Marker("s", OWNER, drives), role) is expected
     assert acting._has_drive_of(Marker("s", None), role)
 
 
-def test_a_drive_that_was_made_safe_after_the_run_is_not_energised(tmp_path, monkeypatch):
+def test_rig_made_safe_after_the_run_is_not_energised(tmp_path, monkeypatch):
     monkeypatch.setenv("RIGRUNNER_LOCKS", str(tmp_path))
     task = {"station": "s", "locks": [str(tmp_path / "s.lock")]}
     (tmp_path / "s.lock").touch()
@@ -168,22 +168,22 @@ def test_a_drive_that_was_made_safe_after_the_run_is_not_energised(tmp_path, mon
     assert not main._is_energised(task)
 
 
-def test_a_guardian_whose_pipe_was_closed_waits_for_the_death_of_its_owner(owner, monkeypatch):
+def test_guardian_with_closed_pipe_waits_for_death_of_owner(owner, monkeypatch):
     monkeypatch.setattr(main, "TICK_S", 0.01)
     monkeypatch.setattr(main, "_is_energised", lambda _task: True)
     news = SimpleQueue()
     news.put("closed")
     reasons = []
-    waits = in_a_thread(lambda: reasons.append(main._guard({**TASK, "limit_s": 0.0}, owner, news)))
-    waits.join(0.3)
+    thread = in_a_thread(lambda: reasons.append(main._guard({**TASK, "limit_s": 0.0}, owner, news)))
+    thread.join(0.3)
     assert reasons == []
-    assert owner.sent == []  # without beats it looks at no silence
+    assert owner.sent == []  # without beats, silence is not judged
     owner.is_dead = True
-    waits.join(10)
+    thread.join(10)
     assert reasons == ["the process of a run (7) died"]
 
 
-def test_the_silence_of_a_living_process_ends_it(owner, monkeypatch):
+def test_silent_process_is_killed(owner, monkeypatch):
     for name in ("TICK_S", "GRACE_S"):
         monkeypatch.setattr(main, name, 0.01)
     monkeypatch.setattr(main, "_is_energised", lambda _task: True)
@@ -194,19 +194,19 @@ def test_the_silence_of_a_living_process_ends_it(owner, monkeypatch):
 
 
 @pytest.mark.parametrize(("words", "acts"), [("end\n", False), ("30.0\n", True)])
-def test_it_acts_for_a_dead_owner_unless_the_rig_was_given_back(monkeypatch, words, acts):
+def test_guardian_acts_for_dead_owner_unless_rig_was_released(monkeypatch, words, acts):
     with subprocess.Popen([sys.executable, "-c", ""]) as owner:
         pass
     stdin = io.StringIO(json.dumps({**TASK, "process": owner.pid}) + f"\n{words}")
-    acted = []
+    reasons = []
     monkeypatch.setattr(main, "IGNORED", ())
     monkeypatch.setattr(main.sys, "stdin", stdin)
-    monkeypatch.setattr(acting, "act", lambda _task, reason: acted.append(reason))
+    monkeypatch.setattr(acting, "act", lambda _task, reason: reasons.append(reason))
     assert main.main() == 0
-    assert acted == [f"the process of a run ({owner.pid}) died"] * acts
+    assert reasons == [f"the process of a run ({owner.pid}) died"] * acts
 
 
-def test_an_owner_that_died_before_it_said_what_to_guard_leaves_nothing_to_do(monkeypatch):
+def test_guardian_without_task_does_nothing(monkeypatch):
     monkeypatch.setattr(main, "IGNORED", ())
     monkeypatch.setattr(main.sys, "stdin", io.StringIO())
     monkeypatch.setattr(acting, "act", lambda *_: pytest.fail("it acted"))
@@ -214,19 +214,19 @@ def test_an_owner_that_died_before_it_said_what_to_guard_leaves_nothing_to_do(mo
 
 
 @pytest.mark.parametrize(("needed_s", "returns"), [(10.0, True), (0.0, False)])
-def test_an_attempt_has_the_time_that_its_drives_need(monkeypatch, needed_s, returns):
-    done = threading.Event()
+def test_attempt_has_time_for_its_drives(monkeypatch, needed_s, returns):
+    release = threading.Event()
 
     def attempt(_task, need):
         need(needed_s)
-        done.wait(0.2 if returns else 10)
+        release.wait(0.2 if returns else 10)
         return (), ""
 
     monkeypatch.setattr(acting, "ATTEMPT_S", 0.02)
     monkeypatch.setattr(acting, "_one_attempt", attempt)
     problem = "" if returns else "a device did not return within 0.02 s"
     assert acting._limited_attempt({}) == ((), problem)
-    done.set()
+    release.set()
 
 
 def in_a_thread(work):
@@ -235,16 +235,16 @@ def in_a_thread(work):
     return thread
 
 
-def test_a_debugger_of_python_is_seen_in_the_thread_that_it_holds():
+def test_python_debugger_is_detected_in_its_thread():
     locked, free = threading.Event(), threading.Event()
 
-    class Held(bdb.Bdb):
+    class Debugger(bdb.Bdb):
         def user_line(self, frame):  # noqa: ARG002  (a debugger's)
             locked.set()
             free.wait(10)
 
     def debugged():
-        Held().run("x = 1", {})
+        Debugger().run("x = 1", {})
 
     thread = in_a_thread(debugged)
     assert locked.wait(10)
@@ -256,17 +256,17 @@ def test_a_debugger_of_python_is_seen_in_the_thread_that_it_holds():
     thread.join()
 
 
-def test_a_guardian_that_waits_has_imported_the_standard_library_alone():
+def test_waiting_guardian_imports_only_standard_library():
     script = "import rigrunner.run.guardian.main, sys; print(*sys.modules)"
-    done = subprocess.run(
+    process = subprocess.run(
         [sys.executable, "-I", "-c", script], capture_output=True, text=True, check=True
     )
-    top = {word.partition(".")[0] for word in done.stdout.split()}
+    top = {word.partition(".")[0] for word in process.stdout.split()}
     assert "rigrunner" in top
     assert not {"numpy", "pydantic", "yaml", "filelock", "pluggy", "click"} & top
 
 
-def test_check_says_what_the_guardian_guards(tmp_path):
+def test_check_states_what_guardian_guards(tmp_path):
     lab = SupplyLab(tmp_path / "lab")
     words = ["check", lab.procedure, "--station", lab.station]
     assert "There is no guardian" in call(*words).out

@@ -1,4 +1,4 @@
-"""What a run tells its guardian, and when it starts another one: with no second process."""
+"""What a run sends to its guardian, and when it starts another one; without a process."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ class FakeProcess:
 
 @pytest.fixture
 def started(monkeypatch, tmp_path):
-    """The guardians that were started."""
+    """Return the guardians that were started."""
     monkeypatch.setenv("RIGRUNNER_LOCKS", str(tmp_path / "rigs"))
     processes = []
 
@@ -53,15 +53,15 @@ def started(monkeypatch, tmp_path):
 
 
 @contextmanager
-def held(tmp_path, *replacements):
+def held_rig(tmp_path, *replacements):
     lab = SupplyLab(tmp_path / "lab", "bench")
     station = lab.add_station("guarded.yaml", "bench", GUARDED, *replacements)
     with ready_station(station).hold("jog psu") as ready:
         yield ready
 
 
-def test_a_guardian_is_told_what_it_guards_and_that_the_rig_was_given_back(tmp_path, started):
-    with held(tmp_path, TWO) as ready:
+def test_guardian_receives_task_and_release_of_rig(tmp_path, started):
+    with held_rig(tmp_path, TWO) as ready:
         locks, roles = dict(ready.marks.locks), set(ready.marks.roles)
         with ready.guarded("jog psu", {"psu"}):
             owner = ready.marks.owner
@@ -79,19 +79,19 @@ def test_a_guardian_is_told_what_it_guards_and_that_the_rig_was_given_back(tmp_p
     assert beats[-1] == "end"
 
 
-def test_a_guardian_of_the_whole_rig_has_each_device(tmp_path, started):
-    with held(tmp_path, TWO) as ready, ready.guarded("jog psu", None):
+def test_guardian_of_whole_rig_has_every_device(tmp_path, started):
+    with held_rig(tmp_path, TWO) as ready, ready.guarded("jog psu", None):
         pass
     (guardian,) = started
     assert json.loads(guardian.lines()[0])["roles"] == ["oven", "psu"]
 
 
 @pytest.mark.parametrize(("answer_s", "limit_s"), [(1, 10.0), (5, 15.0)])
-def test_silence_may_last_three_answers_and_at_least_ten_seconds(
+def test_silence_limit_is_three_answers_and_at_least_ten_seconds(
     tmp_path, started, answer_s, limit_s
 ):
     with (
-        held(tmp_path, ("answer: 1 s", f"answer: {answer_s} s")) as ready,
+        held_rig(tmp_path, ("answer: 1 s", f"answer: {answer_s} s")) as ready,
         ready.guarded("jog psu", None),
     ):
         pass
@@ -99,8 +99,8 @@ def test_silence_may_last_three_answers_and_at_least_ten_seconds(
     assert (task["limit_s"], task["hangs"]) == (limit_s, True)
 
 
-def test_a_lock_that_cannot_be_handed_on_is_taken_again(tmp_path, started):
-    with held(tmp_path) as ready:
+def test_lock_that_cannot_be_inherited_is_taken_by_path(tmp_path, started):
+    with held_rig(tmp_path) as ready:
         before = dict(ready.marks.locks)
         ready.marks.locks = dict.fromkeys(before, -1)
         with ready.guarded("jog psu", None):
@@ -111,8 +111,8 @@ def test_a_lock_that_cannot_be_handed_on_is_taken_again(tmp_path, started):
     assert task["locks"] == [str(path) for path in before]
 
 
-def test_what_cannot_be_opened_twice_is_not_given_to_the_guardian(tmp_path, started, monkeypatch):
-    with held(tmp_path, TWO) as ready:
+def test_device_that_cannot_be_reopened_is_not_guarded(tmp_path, started, monkeypatch):
+    with held_rig(tmp_path, TWO) as ready:
         monkeypatch.setattr(guarding, "not_reopenable", lambda *_: ["oven"])
         with ready.guarded("jog psu", None):
             assert ready.marks.owner.unguarded == "no second process can open oven"
@@ -120,8 +120,8 @@ def test_what_cannot_be_opened_twice_is_not_given_to_the_guardian(tmp_path, star
     assert (task["roles"], task["unreachable"]) == (["psu"], ["oven"])
 
 
-def test_a_guardian_that_ended_is_replaced_three_times_and_each_loss_is_told(tmp_path, started):
-    with held(tmp_path) as ready:
+def test_guardian_is_replaced_three_times_and_each_loss_reported(tmp_path, started):
+    with held_rig(tmp_path) as ready:
         with ready.guarded("jog psu", None) as guardian:
             for pid in range(4):
                 guardian._replace(pid, -9)
@@ -139,12 +139,12 @@ def test_a_guardian_that_ended_is_replaced_three_times_and_each_loss_is_told(tmp
     assert ["end" in guardian.lines() for guardian in started] == [False] * 4
 
 
-def test_a_run_goes_on_without_a_guardian_that_cannot_be_started(tmp_path, started, monkeypatch):
+def test_run_continues_if_guardian_cannot_be_started(tmp_path, started, monkeypatch):
     def fail(*_, **__):
         raise OSError("out of memory")
 
     monkeypatch.setattr(guarding.subprocess, "Popen", fail)
-    with held(tmp_path) as ready:
+    with held_rig(tmp_path) as ready:
         with ready.guarded("jog psu", None):
             assert not ready.marks.owner.guardian
         texts = [message.text for message in ready.messages.taken()]
@@ -152,8 +152,8 @@ def test_a_run_goes_on_without_a_guardian_that_cannot_be_started(tmp_path, start
     assert started == []
 
 
-def test_no_debugger_and_no_end_of_the_program_waits_for_its_thread(tmp_path, started):
-    with held(tmp_path) as ready, ready.guarded("jog psu", None) as guardian:
+def test_thread_of_guardian_is_daemon_and_ignored_by_debuggers(tmp_path, started):
+    with held_rig(tmp_path) as ready, ready.guarded("jog psu", None) as guardian:
         thread = guardian._thread
         assert thread.daemon
         # the marks by which pydevd and debugpy leave a thread alone

@@ -327,7 +327,7 @@ def test_a_conversation_goes_on_after_mistakes_and_ends_safe(tmp_path, monkeypat
 def test_a_time_that_is_none_ends_nothing_and_says_nothing_of_the_rig(
     tmp_path, monkeypatch, time, says
 ):
-    lines = f"set frequency 5 Hz\nwatch torque {time}\nstands\nwatch torque 1e-10 s\n"
+    lines = f"set frequency 5 Hz\nwatch torque {time}\npositions\nwatch torque 1e-10 s\n"
     monkeypatch.setattr("sys.stdin", io.StringIO(lines))
     called = once(tmp_path)
     assert called.code == ExitCode.PASS, called.err

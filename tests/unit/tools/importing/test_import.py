@@ -299,6 +299,14 @@ def test_only_of_a_motion_in_cycles_one_more_is_asked_for(lab):
     assert "one cycle more" not in refused
 
 
+def test_a_rate_other_than_the_station_s_is_refused(lab):
+    called = bring_in(lab, ("rate: 1 kHz", "rate: 2 kHz"), file="bench.yaml")
+    assert called.code == 5
+    refusal = "the recording has 1000 samples per second, the station states 2000 for 'tester'"
+    assert f"a.csv: error: {refusal}" in called.err
+    assert bring_in(lab, ("rate: 2 kHz", "rate: 1.005 kHz"), file="bench.yaml").code == 0
+
+
 def test_a_gap_in_the_times_is_told_with_its_sample(lab):
     change = ("{rate: 1 kHz}", "{time: {column: Time, unit: s}}")
     lines = (lab / "b.csv").read_text().splitlines(keepends=True)
@@ -538,7 +546,8 @@ def test_a_procedure_that_measures_or_records_nothing_is_refused(lab):
 
 def test_a_simulated_station_stays_simulated(lab):
     settings = STATION[STATION.index("    settings:") : STATION.index("instruments:")]
-    change = ("plugin: other_program\n" + settings, "plugin: swing_tester_sim\n")
+    simulated = "plugin: swing_tester_sim\n    settings: {sensors: {rate: 1 kHz}}\n"
+    change = ("plugin: other_program\n" + settings, simulated)
     bring_in(lab, change, file="bench.yaml")
     conditions = ("conditions: {tester.oil: 40 °C, tester.force: {column: Force, unit: kN}}\n", "")
     called = bring_in(lab, conditions)

@@ -31,7 +31,7 @@ MARGIN_S = 5.0
 
 
 @dataclass(frozen=True, eq=False)
-class Wanted:
+class StreamPlan:
     """What is to be recorded, of which parts, and by which rules."""
 
     routes: Sequence[ChannelRoute]
@@ -41,7 +41,7 @@ class Wanted:
     answer_s: float
 
 
-class _Ended:
+class _PartsStop:
     """The parts' stop token: set once all samples are there, or the run was seen to stop.
 
     The run's own token is looked at in one place alone, so that a replay looks at it as often.
@@ -56,20 +56,20 @@ class _Ended:
 class AlignedStream:
     """One recording of channels that several clocks sample."""
 
-    def __init__(self, wanted: Wanted, duration_s: float, stop: StopToken, clock: Clock) -> None:
-        self._wanted = wanted
+    def __init__(self, plan: StreamPlan, duration_s: float, stop: StopToken, clock: Clock) -> None:
+        self._plan = plan
         self._duration_s = duration_s
         self._stop = stop
-        self._ended = _Ended()
+        self._parts_stop = _PartsStop()
         self._clock = clock
         self._feeds: dict[str, Feed] = {}
         self._trackers: dict[str, Tracker] = {}
 
     def blocks(self) -> Generator[Block]:
         """Yield gapless blocks at the reference's rate; begin once the clocks are compared."""
-        with ExitStack() as held:
+        with ExitStack() as stack:
             try:
-                self._start(held)
+                self._start(stack)
                 yield from self._aligned()
             except BaseException as error:
                 with noted_on(error, "ending the parts' streams"):
@@ -78,83 +78,83 @@ class AlignedStream:
             self._end()
 
     def _end(self) -> None:
-        self._ended.done = True
+        self._parts_stop.done = True
         do_all(*(feed.end for feed in self._feeds.values()))
 
     def conditions(self) -> dict[str, tuple[float, str]]:
         """Return how each channel that is not the reference's was aligned, with the units."""
-        found: dict[str, tuple[float, str]] = {}
-        for route in self._wanted.routes:
+        conditions: dict[str, tuple[float, str]] = {}
+        for route in self._plan.routes:
             if route.part in self._trackers:
                 tracker = self._trackers[route.part]
                 relation, name = tracker.relation(), route.info.name
-                found[f"{name}_clock_offset"] = (relation.offset_s, "s")
-                found[f"{name}_clock_rate"] = (relation.rate, "1")
-                found[f"{name}_alignment_u"] = (tracker.residual_u_s(), "s")
-        return found
+                conditions[f"{name}_clock_offset"] = (relation.offset_s, "s")
+                conditions[f"{name}_clock_rate"] = (relation.rate, "1")
+                conditions[f"{name}_alignment_u"] = (tracker.residual_u_s(), "s")
+        return conditions
 
-    def _start(self, held: ExitStack) -> None:
-        settings = self._wanted.settings
+    def _start(self, stack: ExitStack) -> None:
+        settings = self._plan.settings
         longest_s = self._duration_s + settings.lead + MARGIN_S
-        names = dict.fromkeys([self._wanted.reference, *(r.part for r in self._wanted.routes)])
+        names = dict.fromkeys([self._plan.reference, *(route.part for route in self._plan.routes)])
         for name in names:
-            channels = [route.name for route in self._wanted.routes if route.part == name]
+            channels = [route.name for route in self._plan.routes if route.part == name]
             channels += [settings.common[name]] if name in settings.common else []
-            part = self._wanted.parts[name]
+            part = self._plan.parts[name]
             if not channels:  # the reference, of which only the time base is wanted
                 channels = [next(info.name for info in part.device.channels if info.streams)]
-            held.enter_context(part.streaming())
+            stack.enter_context(part.streaming())
             chosen = list(dict.fromkeys(channels))
-            self._feeds[name] = Feed(part, chosen, longest_s, self._ended, self._clock)
-        self._reference = self._feeds[self._wanted.reference]
+            self._feeds[name] = Feed(part, chosen, longest_s, self._parts_stop, self._clock)
+        self._reference = self._feeds[self._plan.reference]
         common = settings.common
         for name, feed in self._feeds.items():
             if feed is not self._reference:
-                both = name in common and self._wanted.reference in common
-                seen = (common[self._wanted.reference], common[name]) if both else None
-                self._trackers[name] = Tracker(self._reference, feed, seen, settings.latency)
+                has_common = name in common and self._plan.reference in common
+                pair = (common[self._plan.reference], common[name]) if has_common else None
+                self._trackers[name] = Tracker(self._reference, feed, pair, settings.latency)
 
     def _aligned(self) -> Generator[Block]:
-        wanted_samples = round(self._duration_s * self._reference.rate_hz)
-        whole = max(1, int(BLOCK_S * self._reference.rate_hz))
+        total = round(self._duration_s * self._reference.rate_hz)
+        block_size = max(1, int(BLOCK_S * self._reference.rate_hz))
         begin: int | None = None
-        given = 0
-        while given < wanted_samples:
+        yielded = 0
+        while yielded < total:
             if self._stop.is_set():
                 return
             self._receive()
-            if begin is None and min(f.received_s for f in self._feeds.values()) == 0:
+            if begin is None and min(feed.received_s for feed in self._feeds.values()) == 0:
                 continue
-            relations = {name: each.relation() for name, each in self._trackers.items()}
+            relations = {name: tracker.relation() for name, tracker in self._trackers.items()}
             begin = self._begin(relations) if begin is None else begin
             if begin is None:
                 continue
-            end = min(self._ready(relations), begin + wanted_samples)
-            while size := min(whole, wanted_samples - given):
-                if begin + given + size > end:
+            end = min(self._ready(relations), begin + total)
+            while size := min(block_size, total - yielded):
+                if begin + yielded + size > end:
                     break
-                yield self._block(begin + given, size, given, relations)
-                given += size
+                yield self._block(begin + yielded, size, yielded, relations)
+                yielded += size
 
     def _receive(self) -> None:
         """Wait for the next block of any part."""
         feeds = list(self._feeds.values())
-        behind = min(feeds, key=lambda feed: feed.received_s)
+        slowest = min(feeds, key=lambda feed: feed.received_s)
         for feed in feeds:
             # Inline, asking is waiting: the others would wait with it, so the one that is behind
             # goes first.
-            if feed is behind or not feed.part.is_inline:
+            if feed is slowest or not feed.part.is_inline:
                 feed.ask()
-        limit_s = self._wanted.answer_s
+        limit_s = self._plan.answer_s
         pending = [feed.pending for feed in feeds if feed.pending is not None]
-        wait(pending, max(limit_s - max(each.waiting_s for each in feeds), 0.0), FIRST_COMPLETED)
+        wait(pending, max(limit_s - max(feed.waiting_s for feed in feeds), 0.0), FIRST_COMPLETED)
         for feed in feeds:
             if feed.waiting_s >= limit_s:
                 raise DeviceTimeoutError(f"{feed.part.name}: no block came within {limit_s:g} s")
             feed.take()
-        over = [feed.part.name for feed in feeds if feed.is_over]
-        if over:
-            raise DeviceLostError(f"the stream of {', '.join(over)} ended before its time")
+        ended = [feed.part.name for feed in feeds if feed.is_over]
+        if ended:
+            raise DeviceLostError(f"the stream of {', '.join(ended)} ended before its time")
 
     def _begin(self, relations: Mapping[str, Relation]) -> int | None:
         """Return the first sample of the recording, once all parts have it and the lead is over."""
@@ -163,7 +163,7 @@ class AlignedStream:
         for name, relation in relations.items():
             need_s = (BEFORE + 1) / self._feeds[name].rate_hz
             began_s = max(began_s, need_s - relation.offset_s)
-        first = int(np.ceil((began_s + self._wanted.settings.lead) * rate))
+        first = int(np.ceil((began_s + self._plan.settings.lead) * rate))
         return first if self._ready(relations) > first else None
 
     def _ready(self, relations: Mapping[str, Relation]) -> int:
@@ -177,16 +177,16 @@ class AlignedStream:
             ready = min(ready, int(np.floor((last_s - delta_s) * rate)))
         return ready
 
-    def _block(self, first: int, size: int, given: int, relations: Mapping[str, Relation]) -> Block:
+    def _block(self, first: int, size: int, start: int, relations: Mapping[str, Relation]) -> Block:
         reference = self._reference
         tau_s = (first + np.arange(size)) / reference.rate_hz
         places: dict[str, Array] = {}
         for name, relation in relations.items():
             delta_s = relation.delta_s(tau_s)
-            self._trackers[name].used(tau_s, delta_s)
+            self._trackers[name].note_used(tau_s, delta_s)
             places[name] = (tau_s + delta_s) * self._feeds[name].rate_hz
         channels = {}
-        for route in self._wanted.routes:
+        for route in self._plan.routes:
             feed = self._feeds[route.part]
             if route.part in places:
                 at = places[route.part]
@@ -195,4 +195,4 @@ class AlignedStream:
             else:
                 values = feed.channel(route.name, first, first + size)
             channels[route.info.name] = values
-        return Block(reference.rate_hz, given, reference.arrived_s(first), channels)
+        return Block(reference.rate_hz, start, reference.arrived_s(first), channels)

@@ -43,12 +43,12 @@ def coarse_lag(window: Array, other: Array, stride: float) -> float | None:
     places = np.arange(0, len(other) - int(np.ceil(grid[-1])) - 1)
     if len(places) < 3 or np.ptp(window) == 0:  # noqa: PLR2004  (a maximum has two neighbours)
         return None
-    whole = np.round(grid).astype(np.intp)
-    found = np.array([_correlation(window, other[place + whole]) for place in places])
-    best = int(found.argmax())
-    maxima = 1 + np.flatnonzero((found[1:-1] > found[:-2]) & (found[1:-1] >= found[2:]))
-    again = any(found[each] > UNIQUE * found[best] for each in maxima if each != best)
-    return None if found[best] < ALIKE or again else float(places[best])
+    offsets = np.round(grid).astype(np.intp)
+    scores = np.array([_correlation(window, other[place + offsets]) for place in places])
+    best = int(scores.argmax())
+    maxima = 1 + np.flatnonzero((scores[1:-1] > scores[:-2]) & (scores[1:-1] >= scores[2:]))
+    repeats = any(scores[index] > UNIQUE * scores[best] for index in maxima if index != best)
+    return None if scores[best] < ALIKE or repeats else float(places[best])
 
 
 def fine_lag(window: Array, other: Array, stride: float, start: float) -> Lag | None:
@@ -58,18 +58,18 @@ def fine_lag(window: Array, other: Array, stride: float, start: float) -> Lag | 
     remains (Gauss-Newton; GUM 4.3.1, type A). Both are smoothed alike before: the slope of noise
     would pass for a slope of the signal.
     """
-    mine, theirs = _hann(SMOOTHED), _hann(SMOOTHED * stride)
-    moved_by = stride * (len(mine) // 2) - len(theirs) // 2
-    found = _least_squares(
-        np.convolve(window, mine, "valid"),
-        np.convolve(other, theirs, "valid"),
+    weights, other_weights = _hann(SMOOTHED), _hann(SMOOTHED * stride)
+    shift = stride * (len(weights) // 2) - len(other_weights) // 2
+    lag = _least_squares(
+        np.convolve(window, weights, "valid"),
+        np.convolve(other, other_weights, "valid"),
         stride,
-        start + moved_by,
+        start + shift,
     )
-    if found is None:
+    if lag is None:
         return None
-    # Noise that was white is alike from sample to sample now: it says less than it seems to.
-    return Lag(found.samples - moved_by, found.u_samples / sqrt(float(mine @ mine)))
+    # White noise is correlated from sample to sample now: it shows less than it seems to.
+    return Lag(lag.samples - shift, lag.u_samples / sqrt(float(weights @ weights)))
 
 
 def _hann(samples: float) -> Array:
@@ -90,20 +90,20 @@ def _least_squares(window: Array, other: Array, stride: float, start: float) -> 
         slope = between(other, places + _STEP) - between(other, places - _STEP)
         # Linear in a small step: gain other(lag + step) = gain here + gain step slope.
         design = np.stack([here, np.ones(count), slope], axis=1)
-        solved, *_ = np.linalg.lstsq(design, window, rcond=None)
-        gain, _, moved = solved
+        solution, *_ = np.linalg.lstsq(design, window, rcond=None)
+        gain, _, shift = solution
         if gain == 0:
             return None
         # A slope holds for about a sample; a longer step could leave the maximum.
-        step = float(np.clip(moved / gain, -1.0, 1.0))
+        step = float(np.clip(shift / gain, -1.0, 1.0))
         lag += step
         if abs(step) < 1e-4:  # noqa: PLR2004  (of a sample)
             break
-    residual = window - design @ solved
-    # What of the slope gain and offset cannot stand for: by that alone is the lag known.
+    residual = window - design @ solution
+    # The part of the slope that gain and offset cannot explain: it alone determines the lag.
     explained, *_ = np.linalg.lstsq(design[:, :2], slope, rcond=None)
-    left = slope - design[:, :2] @ explained
-    spread = float(left @ left)
+    remainder = slope - design[:, :2] @ explained
+    spread = float(remainder @ remainder)
     if _correlation(window, here) < ALIKE or spread == 0:
         return None
     scatter = sqrt(float(residual @ residual) / max(count - 3, 1))

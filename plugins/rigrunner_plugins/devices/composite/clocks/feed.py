@@ -37,7 +37,7 @@ class Feed:
         self.samples = 0
         self.is_over = False
         self._clock = clock
-        self._kept: dict[str, Array] = {name: np.empty(_FIRST) for name in channels}
+        self._buffers: dict[str, Array] = {name: np.empty(_FIRST) for name in channels}
         self._ends_s: list[float] = []
         self._arrived_s: list[float] = []
         device = part.device
@@ -65,7 +65,7 @@ class Feed:
 
     def channel(self, name: str, begin: int, end: int) -> Array:
         """Return samples `begin` to `end` of a channel."""
-        return self._kept[name][begin : min(end, self.samples)]
+        return self._buffers[name][begin : min(end, self.samples)]
 
     def ask(self) -> None:
         """Ask for the next block, unless that is under way."""
@@ -75,7 +75,7 @@ class Feed:
 
     @property
     def waiting_s(self) -> float:
-        """How long the block that was asked for has been waited for, by the wall's clock."""
+        """How long the requested block has been waited for, by the wall clock."""
         is_waiting = self.pending is not None and not self.pending.done()
         return time.monotonic() - self._asked_s if is_waiting else 0.0
 
@@ -90,12 +90,12 @@ class Feed:
             return
         self._check(block)
         end = self.samples + block.samples
-        for name in self._kept:
+        for name in self._buffers:
             # The room doubles where it ends, so that long recordings are not copied again.
-            while end > len(self._kept[name]):
-                kept = self._kept[name]
-                self._kept[name] = np.concatenate([kept, np.empty_like(kept)])
-            self._kept[name][self.samples : end] = block.channels[name]
+            while end > len(self._buffers[name]):
+                buffer = self._buffers[name]
+                self._buffers[name] = np.concatenate([buffer, np.empty_like(buffer)])
+            self._buffers[name][self.samples : end] = block.channels[name]
         self.samples = end
         self._ends_s.append(self.received_s)
         self._arrived_s.append(now_s)
@@ -104,7 +104,7 @@ class Feed:
         """End the stream on the device."""
         close = getattr(self._blocks, "close", None)
         if close is not None:
-            with suppress(DeviceError):  # a device that hangs has said so already
+            with suppress(DeviceError):  # a device that hangs was reported already
                 self.part.call("end the stream", close)
 
     def _next(self) -> Arrival:
@@ -117,16 +117,16 @@ class Feed:
     def _check(self, block: Block) -> None:
         name = self.part.name
         if block.rate_hz != self.rate_hz:
-            told = f"{name}: the stream has {block.rate_hz:g} samples per second"
-            raise DeviceRejectedError(f"{told}, not {self.rate_hz:g}")
+            message = f"{name}: the stream has {block.rate_hz:g} samples per second"
+            raise DeviceRejectedError(f"{message}, not {self.rate_hz:g}")
         if block.first_sample != self.samples:
-            told = f"{name}: sample {block.first_sample} came, {self.samples} was due"
-            raise DeviceLostError(told)
-        for channel in self._kept:
+            message = f"{name}: sample {block.first_sample} came, {self.samples} was due"
+            raise DeviceLostError(message)
+        for channel in self._buffers:
             try:
                 values = as_samples(block.channels.get(channel, ()))
             except TypeError as error:
-                told = f"{channel}: the samples are {error}, expected real numbers"
-                raise DeviceRejectedError(told) from error
+                message = f"{channel}: the samples are {error}, expected real numbers"
+                raise DeviceRejectedError(message) from error
             if len(values) != block.samples:
                 raise DeviceLostError(f"{name}: the block at sample {self.samples} lacks samples")

@@ -56,9 +56,9 @@ def line_through(sightings: Sequence[Sighting]) -> Relation:
 
     What the sightings scatter beyond their uncertainties widens the result (Birge's ratio).
     """
-    tau = np.array([each.tau_s for each in sightings])
-    delta = np.array([each.delta_s for each in sightings])
-    weight = np.array([each.u_s for each in sightings]) ** -2.0
+    tau = np.array([sighting.tau_s for sighting in sightings])
+    delta = np.array([sighting.delta_s for sighting in sightings])
+    weight = np.array([sighting.u_s for sighting in sightings]) ** -2.0
     center = float(np.average(tau, weights=weight))
     offset = float(np.average(delta, weights=weight))
     spread = float(weight @ (tau - center) ** 2)
@@ -97,18 +97,18 @@ def by_arrivals(
     below all points shows the clock (Moon, Skelly and Towsley, INFOCOM 1999). How late a block is
     at the least stays unknown; for each stream it is between 0 and `latency_s`.
     """
-    mine, theirs = _envelope(*reference), _envelope(*other)
+    line, other_line = _envelope(*reference), _envelope(*other)
     latency_u_s = latency_s / sqrt(6)  # the difference of two rectangular distributions
-    rate = mine.slope - theirs.slope
-    center = mine.center_s
+    rate = line.slope - other_line.slope
+    center = line.center_s
     # At the reference's time tau the computer shows late_s + tau; the other one's time follows.
-    theirs_late_s = theirs.late_s + theirs.slope * (center - theirs.center_s)
+    theirs_late_s = other_line.late_s + other_line.slope * (center - other_line.center_s)
     return Relation(
         center_s=center,
-        offset_s=mine.late_s - theirs_late_s,
+        offset_s=line.late_s - theirs_late_s,
         rate=rate,
-        u_offset_s=float(np.linalg.norm([mine.u_late_s, theirs.u_late_s, latency_u_s])),
-        u_rate=hypot(mine.u_slope, theirs.u_slope),
+        u_offset_s=float(np.linalg.norm([line.u_late_s, other_line.u_late_s, latency_u_s])),
+        u_rate=hypot(line.u_slope, other_line.u_slope),
     )
 
 

@@ -44,9 +44,9 @@ class Press:
         load_n = self._plant.load_n
         with self._lock:
             pressing = PRESSING if self._words[0] & PRESS else 0
-            there = AT_SET_POINT if abs(load_n - _number(self._words[1:])) <= _NEAR_N else 0
+            at_set_point = AT_SET_POINT if abs(load_n - _number(self._words[1:])) <= _NEAR_N else 0
         high, low = struct.unpack(">HH", struct.pack(">f", load_n))
-        return [low, high, pressing | there]
+        return [low, high, pressing | at_set_point]
 
     def holding(self) -> Sequence[int]:
         """Return control word and set-point."""

@@ -1,4 +1,4 @@
-"""A Modbus TCP server on loopback, of units that say what their registers hold."""
+"""A Modbus TCP server on loopback, of units that provide their registers."""
 
 from __future__ import annotations
 
@@ -47,7 +47,7 @@ class Unit(Protocol):
         ...
 
     def written(self, address: int, words: Sequence[int]) -> ExcCodes | None:
-        """Take what was written into holding registers, or refuse it."""
+        """Accept values for holding registers, or refuse them."""
         ...
 
     def tick(self) -> None:
@@ -113,7 +113,7 @@ class ModbusServer:
 
 
 def serve(simulator: Simulator, unit_id: int, now_s: Callable[[], float]) -> ModbusServer:
-    """Return a server of one instrument, that listens; it moves in the time that it is told."""
+    """Return a listening server of one instrument, which moves in the time of `now_s`."""
     plant = Plant(now_s=now_s)
     unit = Inverter(plant, unit_id) if simulator == "inverter" else Press(plant, unit_id)
     server = ModbusServer([unit])

@@ -70,7 +70,7 @@ def plot_of(document: Document | None, title: str) -> Plot:
     limits = (limit for end in ends if (limit := number(end)) is not None)
     marks = tuple(Mark("y", limit, name="limit", is_limit=True) for limit in limits)
     axes = Axis("frequency", "Hz"), Axis("torque", "N·m")
-    figure = Figure(title, *axes, tuple(each for each in series if each.points), marks)
+    figure = Figure(title, *axes, tuple(line for line in series if line.points), marks)
     return draw(
         Picture("Raw and compensated torque over frequency.", title, (figure,)), titled=True
     )
@@ -82,16 +82,16 @@ def results_plot(document: Document | None, name: str) -> Plot:
     Raises UsageError if there is none of that name, or if it has no coordinate to plot it over.
     """
     rows = results_of(document)
-    every = list(zip((document or {}).get("results") or (), rows, strict=True))
+    results = list(zip((document or {}).get("results") or (), rows, strict=True))
     limited = []
-    for each, row in every:
-        if each["name"] == name:
+    for result, row in results:
+        if result["name"] == name:
             limits = Limits.between(row["lower"], row["upper"], row["unit"])
-            stated = row["lower"] is not None or row["upper"] is not None
-            missed = row["verdict"] not in {None, Verdict.PASS}
-            limited.append((_result(each), limits if stated else None, missed))
+            has_limit = row["lower"] is not None or row["upper"] is not None
+            failed = row["verdict"] not in {None, Verdict.PASS}
+            limited.append((_result(result), limits if has_limit else None, failed))
     if not limited:
-        names = ", ".join(dict.fromkeys(each["name"] for each, _ in every)) or "none"
+        names = ", ".join(dict.fromkeys(result["name"] for result, _ in results)) or "none"
         raise UsageError(f"there is no result '{name}'", hint=f"there are: {names}")
     figures = over_coordinate(limited)
     if not figures:
@@ -101,21 +101,21 @@ def results_plot(document: Document | None, name: str) -> Plot:
 
 
 def _result(stored: Mapping[str, Any]) -> MeasurementResult:
-    found = stored["estimate"]
-    known = ResultDefinition(
+    entry = stored["estimate"]
+    definition = ResultDefinition(
         name=stored["name"],
         symbol=stored["symbol"] or "",
         text=stored["text"] or "",
-        unit=found["unit"],
+        unit=entry["unit"],
     )
-    u, dof = number(found["standard_uncertainty"]), degrees_of_freedom(found["degrees_of_freedom"])
+    u, dof = number(entry["standard_uncertainty"]), degrees_of_freedom(entry["degrees_of_freedom"])
     estimate = Estimate(
-        found["value"], np.nan if u is None else u, np.nan if dof is None else dof, found["unit"]
+        entry["value"], np.nan if u is None else u, np.nan if dof is None else dof, entry["unit"]
     )
-    return MeasurementResult(of=known, estimate=estimate, coordinates=coordinates_in(stored))
+    return MeasurementResult(of=definition, estimate=estimate, coordinates=coordinates_in(stored))
 
 
-def _rows(table: Table, every: list[Mapping[str, Any]] | list[dict[str, Any]]) -> Rows:
-    kinds = {each.name: each.type.python_type for each in table.c if each.name != "run"}
-    values = tuple(tuple(row[name] for name in kinds) for row in every)
+def _rows(table: Table, records: list[Mapping[str, Any]] | list[dict[str, Any]]) -> Rows:
+    kinds = {column.name: column.type.python_type for column in table.c if column.name != "run"}
+    values = tuple(tuple(record[name] for name in kinds) for record in records)
     return Rows(table=table.name, columns=kinds, values=values)

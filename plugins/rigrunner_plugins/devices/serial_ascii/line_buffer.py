@@ -1,4 +1,4 @@
-"""What has been heard of an instrument that sends lines: the newest, the recorded, and rubbish."""
+"""Buffers what an instrument sends: the newest line, the recorded ones, and unreadable ones."""
 
 from __future__ import annotations
 
@@ -7,8 +7,8 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from rigrunner.api import DeviceError, DeviceLostError, DeviceRejectedError, DeviceTimeoutError
-from rigrunner_plugins.devices.text.numbers import shown
-from rigrunner_plugins.devices.text.termination import decoded, termination_name
+from rigrunner_plugins.devices.text.numbers import excerpt
+from rigrunner_plugins.devices.text.termination import decode, termination_name
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -30,7 +30,7 @@ class Line:
     at_s: float
 
 
-class Hearing:
+class LineBuffer:
     """Bytes go in from one thread, lines come out to another one."""
 
     def __init__(self, settings: SerialAsciiSettings, clock: Clock) -> None:
@@ -45,15 +45,15 @@ class Hearing:
         self._recorded: list[Line] | None = None
         self._is_answer: Callable[[str], bool] | None = None
         self._answer: str | None = None
-        self._unasked = b""
+        self._unsolicited = b""
         self._rubbish = 0
         self._problem: DeviceError | None = None
 
-    def hear(self, data: bytes) -> None:
+    def feed(self, data: bytes) -> None:
         """Take bytes as they come."""
         with self._changed:
             if self._is_answer is None:
-                self._unasked = (self._unasked + data)[-_LONGEST_LINE:]
+                self._unsolicited = (self._unsolicited + data)[-_LONGEST_LINE:]
             *lines, tail = (self._tail + data).split(self._ending)
             self._tail = tail[-_LONGEST_LINE:]
             # The rest of a line that was begun before could pass for a whole one, with a smaller
@@ -62,11 +62,11 @@ class Hearing:
                 self._begins_within_a_line = False
                 lines = lines[1:]
             for line in lines:
-                self._take_in(Line(decoded(line), self._clock.monotonic_s()))
+                self._add(Line(decode(line), self._clock.monotonic_s()))
             self._changed.notify_all()
 
     def fail(self, error: Exception) -> None:
-        """Say that nothing more will come."""
+        """Note that nothing more will come."""
         with self._changed:
             self._problem = DeviceLostError(
                 f"{self._settings.port}: {error}", hint="is the cable still plugged in?"
@@ -87,7 +87,7 @@ class Hearing:
         """Return the first line after sending that is an answer; raise a DeviceError."""
         with self._changed:
             self._is_answer, self._answer, self._tail = is_answer, None, b""
-            self._begins_within_a_line = False  # who waits to be asked says nothing before
+            self._begins_within_a_line = False  # nothing is sent before a request
         send()
         with self._changed:
             try:
@@ -95,13 +95,13 @@ class Hearing:
                 assert self._answer is not None  # noqa: S101  (waited for)
                 return self._answer
             finally:
-                self._is_answer, self._unasked = None, b""
+                self._is_answer, self._unsolicited = None, b""
 
-    def unasked(self) -> str:
+    def unsolicited(self) -> str:
         """Return what has come since the last answer."""
         with self._changed:
-            unasked, self._unasked = self._unasked, b""
-            return decoded(unasked)
+            unsolicited, self._unsolicited = self._unsolicited, b""
+            return decode(unsolicited)
 
     def record(self) -> None:
         """Keep every line from now on."""
@@ -120,7 +120,7 @@ class Hearing:
         with self._changed:
             self._recorded = None
 
-    def _take_in(self, line: Line) -> None:
+    def _add(self, line: Line) -> None:
         self._last = line
         if self._is_answer is not None and self._answer is None:
             if self._is_answer(line.text):
@@ -140,7 +140,7 @@ class Hearing:
         self._rubbish += 1
         if self._recorded is not None:
             self._problem = error
-        # With `request`, whoever asked reads the line, and fails by it.
+        # With `request`, the caller reads the line, and fails by it.
         elif self._rubbish >= self._settings.rubbish and not self._settings.request:
             self._problem = DeviceRejectedError(
                 f"{self._rubbish} lines in a row could not be read; the last: {error.message}",
@@ -159,7 +159,7 @@ class Hearing:
     def _wait(self, ready: Callable[[], bool], within_s: float) -> None:
         done = self._changed.wait_for(lambda: self._problem is not None or ready(), within_s)
         if self._problem is not None:
-            # Told once: what the instrument sends after it may be good again.
+            # Reported once: later lines may be good again.
             problem, self._problem, self._rubbish = self._problem, None, 0
             raise problem
         if not done:
@@ -169,16 +169,16 @@ class Hearing:
         return float("inf") if line is None else self._clock.monotonic_s() - line.at_s
 
     def _silence(self, within_s: float) -> DeviceTimeoutError:
-        port, named = self._settings.port, termination_name(self._settings.termination)
+        port, ending_name = self._settings.port, termination_name(self._settings.termination)
         if self._last is not None:
             return DeviceTimeoutError(
                 f"{port}: no valid line within {within_s:g} s; the last one,"
-                f" {shown(self._last.text)}, came {self._age_s(self._last):.3g} s ago",
+                f" {excerpt(self._last.text)}, came {self._age_s(self._last):.3g} s ago",
                 hint="is the instrument still switched on, and set to send?",
             )
         if self._tail:
             return DeviceTimeoutError(
-                f"{port}: characters come, {shown(decoded(self._tail))}, but no {named}",
+                f"{port}: characters come, {excerpt(decode(self._tail))}, but no {ending_name}",
                 hint="is `termination` right? do baud rate, data bits and parity match?",
             )
         return DeviceTimeoutError(
