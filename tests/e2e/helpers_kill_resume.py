@@ -21,7 +21,7 @@ from typing import TYPE_CHECKING
 
 from e2e.helpers_kill import Noter
 from e2e.helpers_numbers import numbers
-from e2e.helpers_resume import NO_LOAD, take_up
+from e2e.helpers_resume import NO_LOAD, resume_run
 from helpers_workflow import START, quick_procedure, station_file
 from rigrunner.api.errors import DataError
 from rigrunner.api.events import RunEnded, StepEnded, StepStarted
@@ -102,7 +102,7 @@ class Laboratory:
 
     def resume(self, place: Path) -> None:
         """Resume the run, to its report."""
-        take_up(run_in(place), listeners=[Noter(place / "notes", "run")])
+        resume_run(run_in(place), listeners=[Noter(place / "notes", "run")])
 
 
 class _Never:

@@ -66,7 +66,7 @@ def resumable(folder, by="A. Jones", *, procedure=None, station=None):
     return prepare_resume(folder, stored, planned, by)
 
 
-def take_up(folder, by="A. Jones", *, listeners=(), stop=None):
+def resume_run(folder, by="A. Jones", *, listeners=(), stop=None):
     with run_lock(folder):
         return resume(
             resumable(folder, by),

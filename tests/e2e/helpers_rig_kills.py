@@ -104,9 +104,9 @@ class Bench:
         self.warm_up(folder / "warm")
         began_s = time.monotonic()
         child = self.start(folder / "whole", self.lab.procedure)
-        until(lambda: self.lab.stands() != (0.0, 0.0))
+        until(lambda: self.lab.outputs() != (0.0, 0.0))
         energised_s = time.monotonic()
-        until(lambda: self.lab.stands() == (0.0, 0.0))
+        until(lambda: self.lab.outputs() == (0.0, 0.0))
         self.energised_s = time.monotonic() - energised_s
         assert os.waitpid(child, 0)[1] == 0, output_of(folder / "whole")
         self.life_s = time.monotonic() - began_s
@@ -156,7 +156,7 @@ class Bench:
             time.sleep(chance.uniform(0.0, self.life_s))
             return
         later_s = chance.uniform(0.0, self.energised_s)
-        while self.lab.stands() == (0.0, 0.0) and not is_over():
+        while self.lab.outputs() == (0.0, 0.0) and not is_over():
             time.sleep(0.001)
         time.sleep(later_s)
 
@@ -166,13 +166,13 @@ class Bench:
         notes = list(map(float, self.notes.read_text().split())) if self.notes.exists() else []
         rows = [value for name in run_names(runs) for value in rows_of(runs / name)]
         assert rows[: len(notes)] == notes, f"{notes} were told, {rows} are kept"
-        drives, marker = self.lab.stands(), read_marker(self.lab.station_id)
+        drives, marker = self.lab.outputs(), read_marker(self.lab.station_id)
         is_safe = drives == (0.0, 0.0)
         assert is_safe or marker is not None, f"the rig is at {drives}, and no marker says so"
         child = self.start(runs, self.short)
         code, output = os.waitpid(child, 0)[1], output_of(runs)
         assert code == 0, output
-        assert self.lab.stands() == (0.0, 0.0)
+        assert self.lab.outputs() == (0.0, 0.0)
         assert read_marker(self.lab.station_id) is None
         if marker is not None:
             assert -1 < output.find("left energised by STEPS") < output.index(SPECIMEN), output

@@ -170,7 +170,7 @@ class SupplyLab:
         state = json.loads(self.state.read_text()) if self.state.exists() else {}
         self.state.write_text(json.dumps(state | values), encoding="utf-8")
 
-    def stands(self):
+    def outputs(self):
         """Return the present voltage and speed of the supply."""
         state = json.loads(self.state.read_text())
         return state["voltage"], state["speed"]

@@ -14,7 +14,7 @@ from itertools import pairwise
 import h5py
 import pytest
 
-from e2e.helpers_resume import take_up
+from e2e.helpers_resume import resume_run
 from helpers_cli import call
 from rigrunner.api.errors import DataError
 from rigrunner.run.locate import find_procedure, find_station
@@ -189,7 +189,7 @@ def test_kill_9_loses_no_finished_block(tmp_path):
     assert blocks[: len(finished_blocks)] == finished_blocks
     assert blocks == list(range(1, len(blocks) + 1))
     assert len(blocks) < 30
-    take_up(lab.run_folder())
+    resume_run(lab.run_folder())
     stored = read(lab.run_folder())
     assert stored.info.outcome == "completed"
     rows = [row for row in stored.measurements if row.name == "recorded"]

@@ -75,7 +75,7 @@ class Run:
             time.sleep(0.005)
 
     def until_energised(self):
-        self.until(lambda: self.lab.stands()[0] == 40.0 or self.process.poll() is not None)
+        self.until(lambda: self.lab.outputs()[0] == 40.0 or self.process.poll() is not None)
         assert self.process.poll() is None, self.output()
         return self
 
@@ -85,7 +85,7 @@ class Run:
         return self
 
     def until_safe(self):
-        self.until(lambda: self.lab.stands() == (0.0, 0.0))
+        self.until(lambda: self.lab.outputs() == (0.0, 0.0))
 
     def guardian(self):
         for child in psutil.Process(self.process.pid).children():
@@ -194,7 +194,7 @@ def test_hanging_runs_are_ended_and_waiting_ones_are_not(rigs):
         time.sleep(max(0.0, LIMIT_S + GRACE_S + 8.0 - (time.monotonic() - start_s)))
         for run in (asking, *[traced] * is_traced):
             assert run.process.poll() is None
-            assert run.lab.stands()[0] == 40.0
+            assert run.lab.outputs()[0] == 40.0
     traced.process.send_signal(signal.SIGCONT)
     output = traced.output()
     assert not is_traced or (traced.process.returncode, "asked to end" in output) == (0, False)
@@ -293,7 +293,7 @@ def test_rig_without_lock_folder_is_made_safe(rigs):
     output = run.output()
     assert "set-points not known. Making the rig safe." in output
     assert "the rig is safe: every drive was read back at its safe value" in output
-    assert run.lab.stands() == (0.0, 0.0)
+    assert run.lab.outputs() == (0.0, 0.0)
 
 
 @pytest.mark.thorough
@@ -310,7 +310,7 @@ def test_removed_lock_files_are_restored(rigs):
     assert f"is in use: ASKS, process {run.process.pid}" in second.stderr
     run.process.kill()
     assert "last set-points: psu.voltage 40 V. Making the rig safe." in run.output()
-    assert run.lab.stands() == (0.0, 0.0)
+    assert run.lab.outputs() == (0.0, 0.0)
 
 
 def test_station_without_a_guardian_records_it(rigs):
@@ -335,11 +335,11 @@ def test_device_that_cannot_be_reopened_is_reported(rigs):
     plugin.write_text(text.replace("factory=Supply,", "factory=Supply, reopenable=False,"))
     command = [*PROGRAM, *map(str, run.words)]
     with subprocess.Popen(command, stderr=subprocess.PIPE, text=True) as killed:
-        run.until(lambda: lab.stands()[0] == 40.0)
+        run.until(lambda: lab.outputs()[0] == 40.0)
         killed.kill()
         output = killed.stderr.read()
     assert "THE RIG IS NOT SAFE: psu: its plugin says that no second process can open it" in output
-    assert lab.stands()[0] == 40.0
+    assert lab.outputs()[0] == 40.0
     marker = read_marker("alone")
     assert not marker.safe_by
     assert "psu.voltage 40 V" in marker.text
@@ -355,7 +355,7 @@ def test_killed_jog_leaves_a_safe_rig(rigs, tmp_path):
     with subprocess.Popen(words, stdin=subprocess.PIPE, text=True) as jog:
         jog.stdin.write("set voltage 40 V\n")
         jog.stdin.flush()
-        run.until(lambda: run.lab.stands()[0] == 40.0)
+        run.until(lambda: run.lab.outputs()[0] == 40.0)
         jog.kill()
     run.until_safe()
     run.until(lambda: "guardian: the rig is safe" in log.read_text(encoding="utf-8"))
@@ -408,11 +408,11 @@ def test_run_at_the_panel_has_a_guardian(tmp_path, monkeypatch):
         pair = ready(screen, "procedure.yaml")
         screen.post("run/start", 202, **pair, operator="Ann")
         screen.until(lambda state: state["prompt"])
-        assert lab.stands()[0] == 40.0
+        assert lab.outputs()[0] == 40.0
         os.kill(rig_process(server), signal.SIGKILL)
         screen.phase("finished")
         until_s = time.monotonic() + PATIENCE_S
-        while lab.stands() != (0.0, 0.0):
+        while lab.outputs() != (0.0, 0.0):
             assert time.monotonic() < until_s
             time.sleep(0.01)
         screen.close()
@@ -443,12 +443,12 @@ def test_killed_rig_at_the_panel_does_not_affect_the_other(tmp_path, monkeypatch
         pair = ready(other, "procedure.yaml", "other.yaml", "Bob")
         other.post("run/start", 202, **pair, operator="Bob")
         other.until(lambda state: state["prompt"])
-        assert (lab.stands()[0], other_voltage()) == (40.0, 40.0)
+        assert (lab.outputs()[0], other_voltage()) == (40.0, 40.0)
 
         os.kill(killed_process, signal.SIGKILL)
         killed.phase("finished")
         until_s = time.monotonic() + PATIENCE_S
-        while lab.stands() != (0.0, 0.0):
+        while lab.outputs() != (0.0, 0.0):
             assert time.monotonic() < until_s
             time.sleep(0.01)
         assert (other.state["phase"], other_voltage()) == ("asking", 40.0), "untouched"

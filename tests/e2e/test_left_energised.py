@@ -46,13 +46,13 @@ def kill_at_40_volts(lab):
     """Kill a run as soon as the supply is at 40 V, and return the run's name."""
     with start(lab) as run:
         until_s = time.monotonic() + 60
-        while lab.stands()[0] != 40.0:
+        while lab.outputs()[0] != 40.0:
             assert time.monotonic() < until_s
             assert run.poll() is None, run.stderr.read()
             time.sleep(0.005)
         run.send_signal(signal.SIGKILL)
         run.wait()
-    assert lab.stands() == (pytest.approx(35, abs=5), 20.0)
+    assert lab.outputs() == (pytest.approx(35, abs=5), 20.0)
     return run_names(lab.runs)[-1]
 
 
@@ -127,13 +127,13 @@ def test_operator_is_asked_about_the_rig_before_the_specimen(left, monkeypatch):
 
 def test_declining_to_make_safe_starts_no_run(left, monkeypatch):
     lab, _ = left
-    outputs, runs = lab.stands(), run_names(lab.runs)
+    outputs, runs = lab.outputs(), run_names(lab.runs)
     attended(monkeypatch, "no")
     called = call(*words(lab))
     assert called.code == ExitCode.ABORTED
     assert "the rig was left as it is: psu.voltage reads back" in called.err
     assert SPECIMEN not in called.err
-    assert lab.stands() == outputs
+    assert lab.outputs() == outputs
     assert read_marker("supply") is not None
     assert run_names(lab.runs) == runs
 
@@ -143,7 +143,7 @@ def test_resume_and_dry_run_report_the_energised_rig(left):
     dry = call("resume", killed, "--runs", lab.runs, "--station", lab.station, "--dry-run")
     assert dry.code == ExitCode.PASS, dry.err
     assert f"left energised by STEPS (run {killed})" in dry.err
-    assert lab.stands()[1] == 20.0
+    assert lab.outputs()[1] == 20.0
     called = call("resume", killed, "--runs", lab.runs, "--station", lab.station, "--unattended")
     assert called.code == ExitCode.PASS, called.err
     assert called.err.index("reads back 20 Hz, safe is 0 Hz") < called.err.index("found energised")
@@ -166,7 +166,7 @@ def test_jog_reports_and_makes_safe_first(left):
     assert "left energised by STEPS" in called.err
     assert "found energised by nobody was asked" in log.read_text()
     assert read_marker("supply") is None
-    assert lab.stands() == (0.0, 0.0)
+    assert lab.outputs() == (0.0, 0.0)
 
 
 def test_devices_makes_safe_and_the_next_run_records_it(left):
@@ -175,7 +175,7 @@ def test_devices_makes_safe_and_the_next_run_records_it(left):
     assert called.code == ExitCode.PASS
     assert "left energised by STEPS" in called.err
     assert "NOT SAFE when found" in called.out
-    assert lab.stands() == (0.0, 0.0)
+    assert lab.outputs() == (0.0, 0.0)
     assert "'devices' made it safe" in call("runs", "--runs", lab.runs).err
     assert call(*words(lab, "--unattended")).code == ExitCode.PASS
     assert "'devices' made it safe" in found_record(lab, run_names(lab.runs)[-1]).subject
@@ -230,10 +230,10 @@ def test_rig_is_not_touched_if_the_operator_declines(lab, monkeypatch):
     lab.put(voltage=60.0)
     attended(monkeypatch, "no")
     assert call(*words(lab)).code == ExitCode.ABORTED
-    assert lab.stands() == (60.0, 0.0)
+    assert lab.outputs() == (60.0, 0.0)
     attended(monkeypatch, "no")
     assert call("jog", lab.station, "psu", "--log", lab.folder / "jog.log").code == ExitCode.ABORTED
-    assert lab.stands() == (60.0, 0.0)
+    assert lab.outputs() == (60.0, 0.0)
 
 
 def test_completed_run_leaves_no_marker(lab):
@@ -248,7 +248,7 @@ def test_panel_raises_an_alarm_if_the_run_process_dies(lab):
         pair = ready(screen, "procedure.yaml")
         screen.post("run/start", 202, **pair)
         screen.answer()
-        screen.until(lambda _: lab.stands()[0] == 40.0)
+        screen.until(lambda _: lab.outputs()[0] == 40.0)
         os.kill(rig_process(server), signal.SIGKILL)
         screen.phase("finished")
         state = screen.until(lambda state: state["alarms"])
@@ -264,7 +264,7 @@ def test_panel_raises_an_alarm_if_the_run_process_dies(lab):
         assert "psu.speed reads back 20 Hz, safe is 0 Hz" in found_energised
         assert found_energised.endswith("made safe, read back now: voltage 0 V, speed 0 Hz")
         assert screen.state["preflight"]["may_start"]
-        assert lab.stands() == (0.0, 0.0)
+        assert lab.outputs() == (0.0, 0.0)
         screen.close()
 
 
@@ -309,4 +309,4 @@ def test_preflight_reports_found_voltage_and_makes_safe(lab):
         assert item["state"] == "warn"
         assert "psu.voltage reads back 60 V, safe is 0 V; made safe" in item["text"]
         screen.close()
-    assert lab.stands() == (0.0, 0.0)
+    assert lab.outputs() == (0.0, 0.0)

@@ -12,7 +12,7 @@ from pathlib import Path
 import pytest
 
 import rigrunner
-from e2e.helpers_resume import FEWER, NO_LOAD, interrupted, take_up
+from e2e.helpers_resume import FEWER, NO_LOAD, interrupted, resume_run
 from helpers_cli import call
 from helpers_workflow import START, quick_procedure, run
 from rigrunner.api.errors import DataError, ExitCode
@@ -72,7 +72,7 @@ def test_full_disk_ends_the_run_safely_and_it_resumes_with_space(tmp_path):
     assert safety.is_confirmed
     stored = read(finished.folder)
     assert [one.name for one in stored.recordings] == ["001_8Hz", "002_15Hz"]
-    resumed = take_up(finished.folder)
+    resumed = resume_run(finished.folder)
     assert resumed.outcome is Outcome.COMPLETED
     assert len(read(resumed.folder).recordings) == 5
 
@@ -143,7 +143,7 @@ def test_complete_recordings_survive_a_folder_turning_read_only(open_folder):
     assert "error at 2026" in shown.err
     assert "Permission denied" in shown.err
     assert "resumes at main[0]" in shown.err
-    assert take_up(folder).outcome is Outcome.COMPLETED
+    assert resume_run(folder).outcome is Outcome.COMPLETED
     stored = read(folder)
     assert len(stored.recordings) == 5
     first, last = (one for one in stored.events if isinstance(one, RunEnded))

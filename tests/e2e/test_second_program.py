@@ -51,7 +51,7 @@ def run_and_jog(lab, station, other):
     words = ["run", lab.procedure, "--station", station, "--unattended", "--runs", lab.runs]
     with start(*words) as run:
         deadline_s = time.monotonic() + 60
-        while lab.stands()[0] != 40.0:
+        while lab.outputs()[0] != 40.0:
             assert time.monotonic() < deadline_s
             assert run.poll() is None, run.stderr.read()
             time.sleep(0.005)
@@ -72,7 +72,7 @@ def test_second_station_file_is_refused_and_the_run_continues(lab):
     assert jog_code == ExitCode.DEVICE
     assert "is in use: STEPS" in jog_output
     assert code == ExitCode.INTERRUPTED, output
-    assert lab.stands() == (0.0, 0.0)
+    assert lab.outputs() == (0.0, 0.0)
 
 
 @pytest.mark.thorough
@@ -91,4 +91,4 @@ def test_run_that_lost_its_shared_drive_is_aborted(lab):
     assert code == ExitCode.ABORTED, output
     assert stored.info.outcome == "aborted"
     assert "reads back 0" in output
-    assert lab.stands() == (0.0, 0.0)
+    assert lab.outputs() == (0.0, 0.0)

@@ -11,7 +11,7 @@ from pathlib import Path
 
 import pytest
 
-from e2e.helpers_resume import take_up
+from e2e.helpers_resume import resume_run
 from helpers_any_quantity import STATION, written
 from helpers_cli import call
 from helpers_thorough import first
@@ -110,7 +110,7 @@ def test_resumed_run_ends_by_the_same_rule(procedure, tmp_path, step):
     (folder,) = (tmp_path / "runs").iterdir()
     before = values(folder)
     assert len(before) == KILLED_AT - (step != "until")
-    done = take_up(folder)
+    done = resume_run(folder)
     assert done.outcome == "completed"
     measured = values(folder)
     assert measured[: len(before)] == before

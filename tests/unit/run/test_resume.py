@@ -8,7 +8,7 @@ from dataclasses import replace
 import h5py
 import pytest
 
-from e2e.helpers_resume import Snapshot, interrupted, interrupted_at, resumable, take_up
+from e2e.helpers_resume import Snapshot, interrupted, interrupted_at, resumable, resume_run
 from helpers_tester import FREQUENCIES, procedure_file, run, station_file
 from rigrunner.api.errors import DataError, DeviceLostError, ExitCode, UsageError
 from rigrunner.api.events import (
@@ -98,7 +98,7 @@ def third(tmp_path_factory):
     folder = tmp_path_factory.mktemp("resume")
     killed, reference = interrupted(folder, in_recording("003"), **files(folder, TWICE))
     before = read(killed)
-    return before, reference, take_up(killed)
+    return before, reference, resume_run(killed)
 
 
 def test_resumed_run_has_results_of_uninterrupted_run(third):
@@ -145,7 +145,7 @@ def test_resumed_run_verifies(third):
 
 
 def test_setup_and_zero_are_repeated_and_recordings_keep_their_zero(killed):
-    resumed = take_up(killed)
+    resumed = resume_run(killed)
     events = read(resumed.folder).events
     zeros = [e.values for e in events if isinstance(e, StepEnded) and e.action == "zero"]
     assert len(zeros) == 2
@@ -180,7 +180,7 @@ def everywhere(tmp_path_factory):
 def test_run_can_be_resumed_at_any_instant(everywhere, instant):
     folders, reference = everywhere
     killed = folders[list(INSTANTS).index(instant)]
-    resumed = take_up(killed)
+    resumed = resume_run(killed)
     assert resumed.outcome is Outcome.COMPLETED
     assert resumed.exit_code is ExitCode.PASS
     after, uninterrupted = read(resumed.folder), read(reference.folder)
@@ -193,8 +193,8 @@ def test_run_can_be_resumed_at_any_instant(everywhere, instant):
 
 def test_run_can_be_interrupted_repeatedly(killed, tmp_path):
     second = Snapshot(killed.parent, tmp_path / "again", in_recording("004"))
-    take_up(killed, listeners=[second])
-    resumed = take_up(second.folder, by="B. Smith")
+    resume_run(killed, listeners=[second])
+    resumed = resume_run(second.folder, by="B. Smith")
     events = read(resumed.folder).events
     assert [e.by for e in events if isinstance(e, Intervention)] == ["A. Jones", "B. Smith"]
     data = open_run(resumed.folder).data
@@ -259,7 +259,7 @@ def test_run_in_progress_is_neither_resumed_nor_recovered(killed):
     with run_lock(killed):
         assert is_in_progress(killed)
         with pytest.raises(DataError, match="still running"):
-            take_up(killed)
+            resume_run(killed)
         with pytest.raises(DataError, match="still running"):
             recover(killed, resumable(killed).planned.clock, "A. Jones")
     assert not is_in_progress(killed)
@@ -326,7 +326,7 @@ def test_run_with_unfolded_recording_resumes_and_keeps_former_end(unfolded, tmp_
     (listed,) = list_runs(unfolded.parent)
     assert (listed.state, listed.is_interrupted) == ("error, not sealed", True)
     again = Snapshot(unfolded.parent, tmp_path / "again", in_recording("005"))
-    resumed = take_up(unfolded, listeners=[again])
+    resumed = resume_run(unfolded, listeners=[again])
     assert resumed.outcome is Outcome.COMPLETED
     stored = read(resumed.folder)
     assert len(stored.recordings) == 5
@@ -367,7 +367,7 @@ def test_run_that_lost_a_device_is_resumed_to_its_end(tmp_path):
     (listed,) = list_runs(ended.folder.parent)
     assert listed.is_interrupted
 
-    resumed = take_up(ended.folder)
+    resumed = resume_run(ended.folder)
     assert (resumed.outcome, resumed.sealed) == (Outcome.COMPLETED, True)
     after = read(resumed.folder)
     assert len(after.recordings) == 5

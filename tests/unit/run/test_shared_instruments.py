@@ -177,7 +177,7 @@ def test_jog_of_second_station_is_refused(tmp_path):
     assert result.code == ExitCode.DEVICE
     assert "the instrument of 'psu' at file:supply.json" in result.err
     assert "is in use: STEPS on station supply, process" in result.err
-    assert lab.stands() == (0.0, 0.0)
+    assert lab.outputs() == (0.0, 0.0)
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="as the e2e tests of the supply")

@@ -68,7 +68,7 @@ def test_energised_rig_is_made_safe_and_run_folder_says_so(rig, act):
     rig.run.mkdir()
     rig.mark()
     output = act()
-    assert rig.lab.stands() == (0.0, 0.0)
+    assert rig.lab.outputs() == (0.0, 0.0)
     for line in (f"{REASON}; last set-points: psu.voltage 40 V", SAFE):
         assert line in output
         for name in ("run.log", "guardian.txt"):
@@ -86,13 +86,13 @@ def test_rig_not_energised_is_left_alone(rig, act):
     assert f"{REASON}; the rig was not energised" in act()
     rig.mark(safe_by="somebody made it safe")
     assert f"{REASON}; the rig was not energised" in act()
-    assert rig.lab.stands() == (40.0, 20.0)
+    assert rig.lab.outputs() == (40.0, 20.0)
 
 
 def test_rig_without_lock_file_is_made_safe(rig, act):
     rig.lock.unlink()
     assert SAFE in act()
-    assert rig.lab.stands() == (0.0, 0.0)
+    assert rig.lab.outputs() == (0.0, 0.0)
 
 
 def test_rig_taken_by_another_process_is_left_alone(rig, act):
@@ -102,7 +102,7 @@ def test_rig_taken_by_another_process_is_left_alone(rig, act):
         stack.enter_context(hold([rig.lock], holder))
         output = act()
     assert "another process has taken the rig (WEAR, process 8): it is left alone" in output
-    assert rig.lab.stands() == (40.0, 20.0)
+    assert rig.lab.outputs() == (40.0, 20.0)
 
 
 def test_stuck_drive_is_tried_four_times_then_a_person_is_called(rig, act, monkeypatch):
