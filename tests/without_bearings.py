@@ -36,7 +36,7 @@ LEFT_OUT = {
         "unit/documents/certifying",
         "unit/documents/test_decided_certificate.py",
         "unit/documents/verifying/test_run.py",
-        "unit/rigrunner_fleet/archive/test_indexing.py::test_a_later_decision_is_the_verdict_in_force",
+        "unit/rigrunner_fleet/archive/test_indexing.py::test_latest_decision_gives_the_verdict",
         "unit/rigrunner_fleet/archive/test_indexing.py::test_the_rows_of_a_real_run_are",
         "unit/rigrunner_fleet/notebook/test_run.py::test_the_points_of_a_run_are",
         "unit/rigrunner_fleet/notebook/test_run.py::test_a_run_analysed_again_gives",
