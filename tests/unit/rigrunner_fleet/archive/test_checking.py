@@ -203,13 +203,9 @@ def test_archive_check_command(runs):
     assert (result.code, result.out.startswith("damaged  a/run.h5: ")) == (1, True)
     document = json.loads(call(*command, "--json", "--older", "30 d").out)
     assert (document["runs_due"], document["findings"][0]["kind"]) == (0, "damaged")
-    for options in (["--rate", "fast"], ["--rate", "0 MB/s"], ["--for", "6"], ["--older", "3 N"]):
-        result = call(*command, *options)
-        assert (result.code, options[0] in result.err, "Traceback" in result.err) == (
-            2,
-            True,
-            False,
-        )
+    for flags in (["--rate", "fast"], ["--rate", "0 MB/s"], ["--for", "6"], ["--older", "3 N"]):
+        result = call(*command, *flags)
+        assert (result.code, flags[0] in result.err, "Traceback" in result.err) == (2, True, False)
 
 
 @pytest.mark.parametrize("option", ["--for", "--older"])

@@ -23,14 +23,9 @@ TEXTS = st.text(st.characters(exclude_categories=["Cs"]), max_size=20)
 FIGURES = st.dictionaries(TEXTS, st.builds(Figure, NUMBERS, st.none() | NUMBERS, TEXTS))
 
 
-def reference(name="a/b", **snapshot):
+def reference(name="a/b", **parts):
     return Reference(
-        name=name,
-        run="run",
-        at="../runs/b",
-        digest_sha256="0",
-        made_by={},
-        found=Snapshot(**snapshot),
+        name=name, run="run", at="../runs/b", digest_sha256="0", made_by={}, found=Snapshot(**parts)
     )
 
 
