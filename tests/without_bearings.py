@@ -23,7 +23,7 @@ LEFT_OUT = {
         "unit/test_page_examples.py",
         "unit/rigrunner_panel/test_said.py",
         "unit/rigrunner_testing/test_page.py",
-        "unit/cli/test_completing.py::test_plugins_languages_shells_and_options_are_offered",
+        "unit/cli/test_completing.py::test_plugins_languages_shells_and_options_are_completed",
     ),
     "it measures with the swing tester": (
         "unit/analysis/test_analyse.py",
