@@ -63,10 +63,10 @@ def test_own_command_wins_over_a_package_command(packages):
 
 
 def test_packages_are_not_searched_for_an_own_command(packages):
-    def nobody():
+    def fail():
         raise AssertionError
 
-    group = LazyGroup(own=packages("alone", "only", "Alone."), others=nobody)
+    group = LazyGroup(own=packages("alone", "only", "Alone."), others=fail)
     assert output_of(group, "only") == ["Alone."]
 
 
