@@ -101,7 +101,7 @@ def test_document_without_torque_keeps_all_keys():
 
 
 @pytest.mark.parametrize(
-    ("symbol", "gives", "unit"),
+    ("symbol", "quantity", "unit"),
     [
         ("Ω", "", "Ω"),
         ("mN·m", "", "N·m"),  # as in documents of 0.1.0
@@ -111,13 +111,13 @@ def test_document_without_torque_keeps_all_keys():
         (None, "torque", "N·m"),
     ],
 )
-def test_document_has_the_unit_of_the_measurand(symbol, gives, unit):
+def test_document_has_the_unit_of_the_measurand(symbol, quantity, unit):
     record = AnalysisRecord(
         name="given",
         help="Made up.",
         factory=lambda _: lambda run: Findings(),  # noqa: ARG005  (it finds nothing)
         yields=lambda _: (),
-        measurand=gives,
+        measurand=quantity,
     )
     analysed = analyse(
         run_of(),

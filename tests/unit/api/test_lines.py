@@ -84,7 +84,7 @@ def lamp(tmp_path, driver_class=Lamp, log=None, **settings):
     return driver_class(LineSettings(**settings), context)
 
 
-def failing(tmp_path, script):
+def failure_of(tmp_path, script):
     """Return the error of connecting and reading the level, its duration, and the driver."""
     with peer(SCRIPT | script) as instrument:
         device = lamp(tmp_path, address=instrument.address, timeout="1 s")
@@ -137,7 +137,7 @@ def test_unreachable_address_is_a_missing_device(tmp_path):
 
 
 def test_missing_answer_times_out(tmp_path):
-    error, took_s, _ = failing(tmp_path, {b"LEVEL?\n": b""})
+    error, took_s, _ = failure_of(tmp_path, {b"LEVEL?\n": b""})
     assert isinstance(error, DeviceTimeoutError)
     assert "did not answer 'LEVEL?' within 1 s" in str(error)
     assert took_s < 10.0
@@ -145,7 +145,7 @@ def test_missing_answer_times_out(tmp_path):
 
 def test_time_out_applies_to_the_whole_answer(tmp_path):
     """Two hundred pieces in 10 s: each arrives within 1 s, but the whole answer does not."""
-    error, took_s, _ = failing(tmp_path, {b"LEVEL?\n": (b"1",) * 200})
+    error, took_s, _ = failure_of(tmp_path, {b"LEVEL?\n": (b"1",) * 200})
     assert isinstance(error, DeviceTimeoutError)
     assert took_s < 8.0
 
@@ -170,14 +170,14 @@ def test_answer_may_arrive_in_pieces(tmp_path):
     ],
 )
 def test_error_for_an_invalid_answer_shows_it(tmp_path, answer, kind, text):
-    error, _, _ = failing(tmp_path, {b"LEVEL?\n": answer})
+    error, _, _ = failure_of(tmp_path, {b"LEVEL?\n": answer})
     assert isinstance(error, kind)
     assert text in str(error)
 
 
 @pytest.mark.parametrize("answer", [b"ERROR 3\n", b"a,b,c\n", b"a,b,c,d,e\n"])
 def test_invalid_identity_is_refused(tmp_path, answer):
-    error, _, _ = failing(tmp_path, {b"*IDN?\n": answer})
+    error, _, _ = failure_of(tmp_path, {b"*IDN?\n": answer})
     assert isinstance(error, DeviceNotFoundError)
     assert "is it the right instrument" in str(error)
 

@@ -26,11 +26,11 @@ for _ in range(20):
 
 
 def test_numbers_count_from_one_per_year_and_prefix(tmp_path):
-    lab = Numbers(tmp_path, "RR")
-    assert [lab.reserve(2026, RECORD) for _ in range(3)] == [
+    numbers = Numbers(tmp_path, "RR")
+    assert [numbers.reserve(2026, RECORD) for _ in range(3)] == [
         *("RR-2026-0001", "RR-2026-0002", "RR-2026-0003"),
     ]
-    assert lab.reserve(2027, RECORD) == "RR-2027-0001"
+    assert numbers.reserve(2027, RECORD) == "RR-2027-0001"
     assert Numbers(tmp_path, "RRX").reserve(2026, RECORD) == "RRX-2026-0001"
     assert Numbers(tmp_path, "R").reserve(2026, RECORD) == "R-2026-0001"
 
@@ -42,10 +42,10 @@ def test_details_are_stored_with_the_number(tmp_path):
 
 
 def test_lower_free_number_is_not_used(tmp_path):
-    lab = Numbers(tmp_path, "RR")
-    lab.reserve(2026, RECORD)
+    numbers = Numbers(tmp_path, "RR")
+    numbers.reserve(2026, RECORD)
     (tmp_path / "numbers" / "RR-2026-0041.json").write_text("{}")
-    assert lab.reserve(2026, RECORD) == "RR-2026-0042"
+    assert numbers.reserve(2026, RECORD) == "RR-2026-0042"
 
 
 def test_next_number_is_not_reserved(tmp_path):
@@ -57,15 +57,15 @@ def test_next_number_is_not_reserved(tmp_path):
 
 
 def test_ten_thousand_is_sorted_after_9999(tmp_path):
-    lab = Numbers(tmp_path, "RR")
-    lab.reserve(2026, RECORD)
+    numbers = Numbers(tmp_path, "RR")
+    numbers.reserve(2026, RECORD)
     (tmp_path / "numbers" / "RR-2026-9998.json").write_text("{}")
-    numbers = [lab.reserve(2026, RECORD), lab.reserve(2026, RECORD), lab.reserve(2027, RECORD)]
-    assert numbers == ["RR-2026-9999", "RR-2026-10000", "RR-2027-0001"]
-    assert lab.interrupted() == ["RR-2026-0001", "RR-2026-9998", *numbers]
-    for number in reversed(numbers):
-        lab.issued(number, {})
-    assert lab.in_force_for("r") == "RR-2026-9999"
+    reserved = [numbers.reserve(year, RECORD) for year in (2026, 2026, 2027)]
+    assert reserved == ["RR-2026-9999", "RR-2026-10000", "RR-2027-0001"]
+    assert numbers.interrupted() == ["RR-2026-0001", "RR-2026-9998", *reserved]
+    for number in reversed(reserved):
+        numbers.issued(number, {})
+    assert numbers.in_force_for("r") == "RR-2026-9999"
 
 
 def test_concurrent_processes_get_different_numbers(tmp_path):
@@ -77,26 +77,26 @@ def test_concurrent_processes_get_different_numbers(tmp_path):
 
 
 def test_reserved_but_unused_number_is_reported(tmp_path):
-    lab = Numbers(tmp_path, "RR")
-    first, second, third = (lab.reserve(2026, RECORD) for _ in range(3))
-    lab.issued(first, {})
-    lab.void(third, "disk full")
-    assert lab.interrupted() == [second]
+    numbers = Numbers(tmp_path, "RR")
+    first, second, third = (numbers.reserve(2026, RECORD) for _ in range(3))
+    numbers.issued(first, {})
+    numbers.void(third, "disk full")
+    assert numbers.interrupted() == [second]
 
 
 def test_number_in_force_is_the_last_issued_and_not_replaced(tmp_path):
-    lab = Numbers(tmp_path, "RR")
+    numbers = Numbers(tmp_path, "RR")
     first, second, third, void = (
-        lab.reserve(2026, details)
+        numbers.reserve(2026, details)
         for details in (RECORD, RECORD | {"amends": "RR-2026-0001"}, RECORD | {"run": "q"}, RECORD)
     )
-    lab.void(void, "disk full")
-    assert lab.in_force_for("r") == ""
-    lab.issued(first, {})
-    assert lab.in_force_for("r") == first
-    lab.issued(second, {})
-    lab.issued(third, {})
-    assert (lab.in_force_for("r"), lab.in_force_for("q"), lab.in_force_for("s")) == (
+    numbers.void(void, "disk full")
+    assert numbers.in_force_for("r") == ""
+    numbers.issued(first, {})
+    assert numbers.in_force_for("r") == first
+    numbers.issued(second, {})
+    numbers.issued(third, {})
+    assert (numbers.in_force_for("r"), numbers.in_force_for("q"), numbers.in_force_for("s")) == (
         *(second, third, ""),
     )
 
@@ -127,6 +127,6 @@ def test_invalid_record_is_ignored(text, tmp_path):
     (tmp_path / "numbers").mkdir()
     for name in ("RR-2026-0001.json", "RR-2026-0001.issued.json"):
         (tmp_path / "numbers" / name).write_bytes(text.encode("utf-8", "surrogatepass"))
-    lab = Numbers(tmp_path, "RR")
-    assert lab.digests_of("RR-2026-0001") == set()
-    assert lab.replaced_by("RR-2026-0000") == ""
+    numbers = Numbers(tmp_path, "RR")
+    assert numbers.digests_of("RR-2026-0001") == set()
+    assert numbers.replaced_by("RR-2026-0000") == ""

@@ -56,7 +56,7 @@ def modules_after(calls):
     )
     result = subprocess.run(
         [sys.executable, "-S", "-c", f"import sys; sys.path[:] = {sys.path!r}\n{code}"],
-        cwd=Path(__file__).parent,  # the reader of a checkout may have runs in it
+        cwd=Path(__file__).parent,  # the root of the checkout may contain runs
         capture_output=True,
         text=True,
         check=True,

@@ -79,12 +79,12 @@ def test_existing_run_and_file_are_not_overwritten(run, packed):
 def test_file_changed_while_packing_is_refused(run, tmp_path, monkeypatch):
     folder = shutil.copytree(run, tmp_path / "runs" / run.name)
 
-    def listed(*arguments):
+    def change_after_listing(*arguments):
         listed_files = list(_packed_files(*arguments))
         (folder / "result.json").write_text("[]\n")  # as long as before
         return listed_files
 
-    monkeypatch.setattr("rigrunner.documents.packing.pack._packed_files", listed)
+    monkeypatch.setattr("rigrunner.documents.packing.pack._packed_files", change_after_listing)
     with pytest.raises(DataError, match=r"result\.json was changed meanwhile"):
         pack(folder, tmp_path / "packed.zip")
     assert [path.name for path in tmp_path.iterdir()] == ["runs"]
@@ -205,11 +205,11 @@ def test_files_stay_writable_until_they_are_verified(packed, tmp_path, monkeypat
     """Windows does not remove read-only files; this checks their mode when verification fails."""
     modes = []
 
-    def differs(_packed, _contents, file):
+    def record_mode(_packed, _contents, file):
         modes.append(file.stat().st_mode & stat.S_IWUSR)
         raise DataError("it is not the same")
 
-    monkeypatch.setattr("rigrunner.documents.packing.unpack._require_same", differs)
+    monkeypatch.setattr("rigrunner.documents.packing.unpack._require_same", record_mode)
     with pytest.raises(DataError):
         unpack(packed, tmp_path / "runs")
     assert modes == [stat.S_IWUSR]

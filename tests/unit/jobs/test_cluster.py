@@ -21,14 +21,14 @@ NEVER = threading.Event()
 
 
 @pytest.fixture(scope="module")
-def two():
+def cluster():
     with two_workers() as cluster:
         yield cluster
 
 
-def test_every_item_is_done_once_despite_failures(two, tmp_path):
+def test_every_item_is_done_once_despite_failures(cluster, tmp_path):
     task = Squares(tmp_path, refuses=(2,), breaks=(4,))
-    outcomes = list(Cluster(two.scheduler_address).outcomes(task, range(6), NEVER))
+    outcomes = list(Cluster(cluster.scheduler_address).outcomes(task, range(6), NEVER))
     answers = {outcome.item: outcome.problem or outcome.answer.value for outcome in outcomes}
     assert answers == {
         0: 0, 1: 1, 2: "2 is refused (take another)", 3: 9, 4: "ZeroDivisionError: 4", 5: 25,
@@ -36,9 +36,9 @@ def test_every_item_is_done_once_despite_failures(two, tmp_path):
     assert task.attempts() == [0, 1, 2, 3, 4, 5]
 
 
-def test_each_item_is_returned_once_after_a_worker_is_killed(two, tmp_path):
+def test_each_item_is_returned_once_after_a_worker_is_killed(cluster, tmp_path):
     task = Squares(tmp_path, dies_once=(3,))
-    outcomes = list(Cluster(two.scheduler_address).outcomes(task, range(8), NEVER))
+    outcomes = list(Cluster(cluster.scheduler_address).outcomes(task, range(8), NEVER))
     assert sorted(outcome.answer.value for outcome in outcomes) == [n**2 for n in range(8)]
     repeated = Counter(task.attempts()) - Counter(range(8))
     assert repeated[3] == 1  # others only if their values were not fetched yet from the dead worker
@@ -46,9 +46,9 @@ def test_each_item_is_returned_once_after_a_worker_is_killed(two, tmp_path):
 
 
 @pytest.mark.thorough
-def test_item_that_kills_every_worker_fails_alone(two, tmp_path):
+def test_item_that_kills_every_worker_fails_alone(cluster, tmp_path):
     task = Squares(tmp_path, dies=(1,))
-    outcomes = list(Cluster(two.scheduler_address).outcomes(task, range(4), NEVER))
+    outcomes = list(Cluster(cluster.scheduler_address).outcomes(task, range(4), NEVER))
     answers = {outcome.item: outcome.problem or outcome.answer.value for outcome in outcomes}
     assert answers == {0: 0, 1: "each worker of the cluster that began it died", 2: 4, 3: 9}
 
@@ -66,10 +66,10 @@ def test_items_beside_a_killed_worker_still_succeed(tmp_path):
     ]
 
 
-def test_set_token_ends_the_outcomes(two, tmp_path):
-    two.wait_for_workers(1, timeout=60)  # the test before this one killed some
+def test_set_token_ends_the_outcomes(cluster, tmp_path):
+    cluster.wait_for_workers(1, timeout=60)  # the test before this one killed some
     stop, outcomes = threading.Event(), []
-    for outcome in Cluster(two.scheduler_address).outcomes(Squares(tmp_path), range(50), stop):
+    for outcome in Cluster(cluster.scheduler_address).outcomes(Squares(tmp_path), range(50), stop):
         outcomes.append(outcome)
         stop.set()
     assert len(outcomes) == 1

@@ -188,7 +188,7 @@ REQUIREMENTS = [
 
 
 @pytest.mark.parametrize(
-    ("there", "extra", "state", "text"),
+    ("versions", "extra", "state", "text"),
     [
         ({"pymodbus": "3.16.2"}, "modbus", "ok", "pymodbus 3.16.2"),
         ({"pymodbus": "3.9.9"}, "modbus", "warn", "pymodbus 3.9.9 is too old: expected 3.16"),
@@ -205,12 +205,12 @@ REQUIREMENTS = [
     ],
 )
 def test_installed_versions_are_compared_with_those_of_the_extra(  # noqa: PLR0917
-    tmp_path, monkeypatch, there, extra, state, text
+    tmp_path, monkeypatch, versions, extra, state, text
 ):
     def installed(name):
-        if name not in there:
+        if name not in versions:
             raise PackageNotFoundError(name)
-        return there[name]
+        return versions[name]
 
     monkeypatch.setattr(installation, "requires", lambda _: REQUIREMENTS)
     monkeypatch.setattr(installation, "version", installed)

@@ -21,14 +21,14 @@ from rigrunner.registry import load_registry, with_drop_ins
 from rigrunner.tools.new_plugin import KINDS, make_drop_in, make_package, new_plugin
 
 REGISTRY = load_registry()
-WORDS = (*KINDS, "compensation")
+ALL_KINDS = (*KINDS, "compensation")
 """Rigrunner's own kinds, and one of a package."""
 NAMES = ["x", "spring_scale", "abcdefghij_klmnopqrst_uvwxyz12"]
 """The shortest, a usual one, and the longest."""
 
 
-@pytest.fixture(params=WORDS)
-def word(request):
+@pytest.fixture(params=ALL_KINDS)
+def kind(request):
     return request.param
 
 
@@ -37,21 +37,21 @@ def test_own_kinds_are_listed_in_the_help():
     assert re.split(", | or ", words) == list(KINDS)
 
 
-def test_new_drop_in_is_a_working_plugin(word, tmp_path):
-    files = make_drop_in(new_plugin(word, "spring_scale", REGISTRY), tmp_path, REGISTRY)
+def test_new_drop_in_is_a_working_plugin(kind, tmp_path):
+    files = make_drop_in(new_plugin(kind, "spring_scale", REGISTRY), tmp_path, REGISTRY)
     assert files == ["spring_scale.py"]
     registry = with_drop_ins(REGISTRY, tmp_path)
     assert registry.disabled == ()
-    assert registry.find(KINDS.get(word, word), "spring_scale").record.help.startswith(
+    assert registry.find(KINDS.get(kind, kind), "spring_scale").record.help.startswith(
         "Spring scale"
     )
 
 
-def test_readme_explains_the_use_of_its_kind(word):
+def test_readme_explains_the_use_of_its_kind(kind):
     """Each kind has a place in a procedure, station or command; only a report names `--format`."""
-    readme = new_plugin(word, "spring_scale", REGISTRY).texts()["README.md"]
+    readme = new_plugin(kind, "spring_scale", REGISTRY).texts()["README.md"]
     assert "As made, it " in readme
-    assert ("`rigrunner report RUN --format spring_scale`" in readme) == (word == "report")
+    assert ("`rigrunner report RUN --format spring_scale`" in readme) == (kind == "report")
 
 
 BEARING_WORDS = re.compile(r"bearing|torque|swing|mandrel|no.load|N·m|Hz", re.IGNORECASE)
@@ -64,9 +64,9 @@ def test_files_of_own_kinds_do_not_mention_bearings(kind):
 
 
 @pytest.mark.parametrize("name", NAMES)
-def test_new_package_passes_ruff_for_any_name_length(word, name, tmp_path):
+def test_new_package_passes_ruff_for_any_name_length(kind, name, tmp_path):
     folder = tmp_path / "package"
-    files = make_package(new_plugin(word, name, REGISTRY), folder, REGISTRY)
+    files = make_package(new_plugin(kind, name, REGISTRY), folder, REGISTRY)
     assert sorted(files) == sorted(
         str(path.relative_to(folder)) for path in folder.rglob("*") if path.is_file()
     )
@@ -135,18 +135,18 @@ def test_too_long_name_is_refused(tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("word", "name", "bound"),
+    ("kind", "name", "bound"),
     [("outlier-rule", "rejection", "Rejection"), ("importer", "column", "Column")],
 )
-def test_name_that_makes_a_duplicate_class_is_refused(word, name, bound, tmp_path):
+def test_name_that_makes_a_duplicate_class_is_refused(kind, name, bound, tmp_path):
     with pytest.raises(UsageError, match=f"would make a class {bound}"):
-        make_drop_in(new_plugin(word, name, REGISTRY), tmp_path, REGISTRY)
+        make_drop_in(new_plugin(kind, name, REGISTRY), tmp_path, REGISTRY)
 
 
-@given(word=st.sampled_from(WORDS), name=st.text("abcSX09_-. é'\n\"{}", max_size=8))
+@given(kind=st.sampled_from(ALL_KINDS), name=st.text("abcSX09_-. é'\n\"{}", max_size=8))
 @settings(max_examples=150, derandomize=True, deadline=None)
-def test_any_name_is_refused_or_makes_valid_files(word, name):
-    plugin = new_plugin(word, name, REGISTRY)
+def test_any_name_is_refused_or_makes_valid_files(kind, name):
+    plugin = new_plugin(kind, name, REGISTRY)
     with tempfile.TemporaryDirectory() as folder:
         try:
             files = make_package(plugin, Path(folder) / "new", REGISTRY)

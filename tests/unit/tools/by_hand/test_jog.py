@@ -331,7 +331,7 @@ def test_invalid_watch_time_does_not_end_the_prompt(tmp_path, monkeypatch, time,
     assert result.code == ExitCode.PASS, result.err
     assert message in result.err
     assert "The rig was made safe" not in result.err
-    assert result.out.count("frequency reads back 5 Hz\n") == 2  # it is still there
+    assert result.out.count("frequency reads back 5 Hz\n") == 2  # still at 5 Hz
     assert "1 readings in 1e-10 s" in result.out
 
 
