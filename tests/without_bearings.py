@@ -23,7 +23,7 @@ LEFT_OUT = {
         "unit/test_page_examples.py",
         "unit/rigrunner_panel/test_said.py",
         "unit/rigrunner_testing/test_page.py",
-        "unit/cli/test_completing.py::test_plugins_languages_shells_and_options_are_offered",
+        "unit/cli/test_completing.py::test_plugins_languages_shells_and_options_are_completed",
     ),
     "it measures with the swing tester": (
         "unit/analysis/test_analyse.py",
@@ -36,7 +36,7 @@ LEFT_OUT = {
         "unit/documents/certifying",
         "unit/documents/test_decided_certificate.py",
         "unit/documents/verifying/test_run.py",
-        "unit/rigrunner_fleet/archive/test_indexing.py::test_a_later_decision_is_the_verdict_in_force",
+        "unit/rigrunner_fleet/archive/test_indexing.py::test_latest_decision_gives_the_verdict",
         "unit/rigrunner_fleet/archive/test_indexing.py::test_the_rows_of_a_real_run_are",
         "unit/rigrunner_fleet/notebook/test_run.py::test_the_points_of_a_run_are",
         "unit/rigrunner_fleet/notebook/test_run.py::test_a_run_analysed_again_gives",

@@ -1,8 +1,8 @@
-"""Prints how accurate each method is on both simulated rigs: `python tests/benchmarks/accuracy.py`.
+"""Prints the accuracy of each method on both simulated rigs: `python tests/benchmarks/accuracy.py`.
 
 Twelve seeds, twelve frequencies, nominal parameters with noise; errors against the truth that the
-simulators keep. The last column is what the mean torque differs by between 10 Hz and 35 Hz. Takes
-about two minutes.
+simulators keep. The last column is the change of the mean torque from 10 Hz to 35 Hz. Takes about
+two minutes.
 """
 
 from __future__ import annotations

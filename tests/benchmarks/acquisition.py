@@ -1,17 +1,17 @@
-"""Four channels at 1 MS/s each, 32 MB/s: kept whole, analysed live, and compressed in the meantime.
+"""Four channels at 1 MS/s each, 32 MB/s: recorded completely, analysed live, and compressed.
 
-Flat out: the engine records a stream that gives each block as soon as it is asked for, checks it,
-and keeps it in the journal. The floor writes the same blocks with a CRC-32 to a file, in the same
-run, in turn; both sync once a second and at the end.
+Flat out: the engine records a stream that delivers each block on request, checks it, and writes it
+to the journal. The floor writes the same blocks with a CRC-32 to a file, in turn with ours; both
+sync once a second and at the end.
 
-Sustained: the panel serves a run of the shipped analysis with a device that makes its samples by
-the wall's clock, and that loses them once those of a second are not fetched. Processes are as
-always: panel, run and analyst; a client follows the panel as a screen does. Behind is by how much
-a block was fetched later than it was there. The pause is the time from the last block of a
-recording to the next step. Memory is what the process has resident; its growth is that from the
-middle third of the second recording to its last. Live lag is how old the newest cycle of a live
-point is when the screen gets it, ten seconds after a recording began or later: the analyst begins
-by preparing the no-load run.
+Sustained: the panel runs the shipped analysis with a device that makes its samples in real time,
+and loses them when more than a second of them has not been fetched. Panel, run and analyst are
+separate processes, as always; a client follows the panel as a screen does. Behind is the time from
+when a block is available until it is fetched. The pause is the time from the last block of a
+recording to the next step. Memory is the resident memory of the process; its growth is that from
+the middle third of the second recording to its last. Live lag is the age of the newest cycle of a
+live point when the screen gets it, at least ten seconds after the start of a recording: the analyst
+first prepares the no-load run.
 
 Filters: one second of the four channels, from a 16-bit converter, as float64, written to HDF5.
 """
@@ -87,7 +87,7 @@ def measure(scale: Scale) -> list[Figure]:
 
 
 class Timer:
-    """Notes when a recording began, when its last block was kept, and when its step was over."""
+    """Records when a recording began and when its step ended."""
 
     def __init__(self) -> None:
         self.began_s = self.ended_s = 0.0
@@ -100,7 +100,7 @@ class Timer:
 
 
 def tester() -> FastTester:
-    """Return a device that swings at 10 Hz and has its samples made."""
+    """Return a device that swings at 10 Hz, with its samples already made."""
     settings = {"paced": False, "sensors": {"rate": "1000 kHz"}, "frequency_rate": "1000 Hz/s"}
     context = DeviceContext("tester", WallClock(), Path())
     device = FastTester(FastTesterSettings.model_validate(settings), context)
@@ -111,7 +111,7 @@ def tester() -> FastTester:
 
 
 def recorded(folder: Path, device: FastTester, seconds: float) -> float:
-    """Record so many seconds' samples flat out; return how long that took, without the fold."""
+    """Record some seconds of samples flat out; return the time, without the folding of the file."""
     timer, clock = Timer(), WallClock()
     step = replace(record("flat", seconds), channels=CHANNELS, units=UNITS)
     with RunWriter(folder, header_of(folder.name)) as writer:
@@ -119,8 +119,8 @@ def recorded(folder: Path, device: FastTester, seconds: float) -> float:
         rig.connect()
         rig.set("tester", "frequency", 10.0)
         bus = Bus([writer], [timer])
-        answers, never = UnattendedAnswers(), threading.Event()
-        summary = run_plan(plan_of((), (step,), ()), rig, bus, clock, answers, never, folder.name)
+        answers, stop = UnattendedAnswers(), threading.Event()
+        summary = run_plan(plan_of((), (step,), ()), rig, bus, clock, answers, stop, folder.name)
         rig.close()
     if summary.error is not None:
         raise summary.error
@@ -129,12 +129,12 @@ def recorded(folder: Path, device: FastTester, seconds: float) -> float:
 
 def blocks(second: Mapping[str, np.ndarray], samples: int) -> Iterator[list[np.ndarray]]:
     for first in range(0, samples, BLOCK):
-        place = first % round(RATE_HZ)
-        yield [second[name][place : place + BLOCK] for name in CHANNELS]
+        start = first % round(RATE_HZ)
+        yield [second[name][start : start + BLOCK] for name in CHANNELS]
 
 
-def plainly(path: Path, second: Mapping[str, np.ndarray], seconds: float) -> float:
-    """Write length, CRC-32 and samples of each block to a file; return how long that took."""
+def write_plainly(path: Path, second: Mapping[str, np.ndarray], seconds: float) -> float:
+    """Write length, CRC-32 and samples of each block to a file; return the time."""
     began_s = synced_s = time.perf_counter()
     with path.open("xb", buffering=0) as file:
         for block in blocks(second, round(seconds * RATE_HZ)):
@@ -154,9 +154,9 @@ def plainly(path: Path, second: Mapping[str, np.ndarray], seconds: float) -> flo
 def flat_out(folder: Path, seconds: float, times: int) -> list[Figure]:
     turns, size = [], seconds * RATE_HZ * BYTES / MB
     device, second = tester(), tester().second()
-    for turn in range(-1, times):  # the first one warms caches
-        plain = plainly(folder / f"plain{turn}", second, seconds)
-        turns.append((recorded(folder / f"run{turn}", device, seconds), plain))
+    for turn in range(-1, times):  # the first turn warms caches
+        plain_s = write_plainly(folder / f"plain{turn}", second, seconds)
+        turns.append((recorded(folder / f"run{turn}", device, seconds), plain_s))
         (folder / f"plain{turn}").unlink()
     pair = pair_of(turns[1:])
     note = "the check that every sample is finite, and the handing over between two threads"
@@ -176,7 +176,7 @@ def flat_out(folder: Path, seconds: float, times: int) -> list[Figure]:
 def filters(path: Path, times: int) -> list[Figure]:
     second, size, figures = tester().second(), RATE_HZ * BYTES / MB, []
     for name, options in (FILTERS | plugin_filters()).items():
-        spread = repeated(partial(written, path, second, options), times)
+        spread = repeated(partial(write_filtered, path, second, options), times)
         note = f"{size * MB / path.stat().st_size:.1f} times smaller"
         role = {"none": "floor", OURS: "ours"}.get(name, "other")
         figures.append(Figure(f"HDF5, {name}", spread.rate(size), "MB/s", role, note=note))
@@ -184,7 +184,7 @@ def filters(path: Path, times: int) -> list[Figure]:
 
 
 def plugin_filters() -> Mapping[str, Mapping[str, object]]:
-    """Return what only readers with a plugin can read, where it is installed."""
+    """Return the filters that readers need a plugin for, if it is installed."""
     try:
         import hdf5plugin  # noqa: PLC0415  (optional)
     except ImportError:
@@ -192,7 +192,9 @@ def plugin_filters() -> Mapping[str, Mapping[str, object]]:
     return {"bitshuffle-lz4 (a plugin)": dict(hdf5plugin.Bitshuffle())}
 
 
-def written(path: Path, second: Mapping[str, np.ndarray], options: Mapping[str, object]) -> None:
+def write_filtered(
+    path: Path, second: Mapping[str, np.ndarray], options: Mapping[str, object]
+) -> None:
     chunks = {"chunks": (16_384,)} if options else {}
     with h5py.File(path, "w", libver=("earliest", "v110")) as file:
         for name in CHANNELS:

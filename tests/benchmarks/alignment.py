@@ -1,9 +1,9 @@
-"""What misaligned clocks cost: the table of docs/evidence/clocks.md.
+"""The error of misaligned clocks: the table of docs/evidence/clocks.md.
 
     python tests/benchmarks/alignment.py [draws]
 
-Not a test: it takes minutes. Each recording of a simulated sweep is shifted in time by a normal
-error of its own; the starting torque is compared with the simulator's truth.
+Not a test: it takes minutes. Each recording of a simulated sweep is shifted in time by a random
+normal error; the starting torque is compared with the simulator's truth.
 """
 
 from __future__ import annotations
@@ -32,9 +32,9 @@ METHOD = TemplateInverse(TemplateInverseSettings())
 
 def shifted(points, u_s, rng):
     for point in points:
-        turn = 2 * np.pi * point.frequency_hz.value * u_s * rng.standard_normal()
+        phase_rad = 2 * np.pi * point.frequency_hz.value * u_s * rng.standard_normal()
         spectrum = np.fft.rfft(point.torque_nm, axis=-1)
-        spectrum = spectrum * np.exp(-1j * turn * np.arange(spectrum.shape[-1]))
+        spectrum = spectrum * np.exp(-1j * phase_rad * np.arange(spectrum.shape[-1]))
         torque = np.fft.irfft(spectrum, point.torque_nm.shape[-1], axis=-1)
         yield replace(point, torque_nm=torque, alignment_u_s=u_s)
 
@@ -42,13 +42,12 @@ def shifted(points, u_s, rng):
 def drawn(rig, u_s, seed):
     """Return error, stated U with and without the alignment (points,), and the check's value."""
     rng = np.random.default_rng([seed, round(1e6 * u_s)])
-    whole = sweep_of(rig, FREQUENCIES, 1)
-    runs = (tuple(shifted(run, u_s, rng)) for run in (whole.loaded, whole.no_load))
-    loaded, no_load = runs
-    made = replace(whole, loaded=loaded, no_load=no_load)
-    found = METHOD(made)
-    torque, u = _torques(found), np.array([point.torque.u for point in found.points])
-    effect = _Trial(METHOD, made, torque).effects()[ALIGNMENT]
+    sweep = sweep_of(rig, FREQUENCIES, 1)
+    loaded, no_load = (tuple(shifted(run, u_s, rng)) for run in (sweep.loaded, sweep.no_load))
+    shifted_sweep = replace(sweep, loaded=loaded, no_load=no_load)
+    outcome = METHOD(shifted_sweep)
+    torque, u = _torques(outcome), np.array([point.torque.u for point in outcome.points])
+    effect = _Trial(METHOD, shifted_sweep, torque).effects()[ALIGNMENT]
     truth = [true_starting_torque_nm(rig, 1000.0, hz) for hz in FREQUENCIES]
     ratio = float(np.max(effect / (SHARE * np.abs(torque))))
     return torque - truth, 2 * np.hypot(u, effect), 2 * u, ratio
@@ -58,13 +57,13 @@ def main(draws: int) -> None:
     for rig in (RigParameters(), OdeParameters()):
         for microseconds in MICROSECONDS:
             rows = [drawn(rig, 1e-6 * microseconds, seed) for seed in range(draws)]
-            error, within, unaware = (np.abs([row[i] for row in rows]) for i in range(3))
+            error, u_with, u_without = (np.abs([row[i] for row in rows]) for i in range(3))
             ratios = [row[3] for row in rows]
-            print(  # noqa: T201  (this is its output)
+            print(  # noqa: T201  (the output of this script)
                 f"| {type(rig).__name__} | {microseconds} us"
                 f" | {1e3 * np.sqrt(np.mean(error**2)):.1f}"
                 f" | {1e3 * np.sqrt(np.mean(error[:, -1] ** 2)):.1f}"
-                f" | {np.mean(error <= within):.0%} | {np.mean(error <= unaware):.0%}"
+                f" | {np.mean(error <= u_with):.0%} | {np.mean(error <= u_without):.0%}"
                 f" | {min(ratios):.2f} to {max(ratios):.2f} |"
             )
 

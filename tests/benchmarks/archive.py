@@ -1,15 +1,15 @@
 """The archive: 10,000 run files indexed and searched, on SQLite and on PostgreSQL.
 
 The run files are copies of one sealed run with the result of the demonstration and short
-recordings, each with its own id, specimen, lot, rig, time and torque, and a manifest that fits; in
-the short form there are 60, with a result of two points. They are in ten folders, one of which is
-indexed in each turn, by one process, just after they were written.
+recordings, each with its own id, specimen, lot, rig, time and torque, and a valid manifest; the
+short form has 60, with a result of two points. They are in ten folders, one of which is indexed in
+each turn, by one process, just after they were written.
 
 The floor of indexing opens each file with h5py and reads its attributes and the text of its result,
-without understanding it. That of an index of unchanged files walks the folders and asks for the
-size and time of each file. That of a search is the same question written by hand, to the same
-database, by sqlite3 or psycopg alone, on a connection that is open, for the run's id and nothing
-else. What there would be without an archive is the second row times the number of files.
+without parsing it. The floor of an index of unchanged files walks the folders and gets the size and
+time of each file. The floor of a search is the same query written by hand in SQL, on the same
+database, by sqlite3 or psycopg, on an open connection, and returns only the ids of the runs. A
+search without an archive would take the second row times the number of files.
 """
 
 from __future__ import annotations
@@ -65,7 +65,7 @@ if TYPE_CHECKING:
 START = datetime(2020, 1, 1, tzinfo=UTC)
 RIGS, LOTS, TYPES = 10, 200, 5
 _SPARE = "spare"
-"""In the template's result: numbers of other runs may have more digits."""
+"""Padding in the result of the template: numbers of the copies may have more digits."""
 
 
 def template(folder: Path, document: dict) -> Path:
@@ -80,7 +80,7 @@ def template(folder: Path, document: dict) -> Path:
 
 
 def make_many(root: Path, count: int, source: Path) -> Iterator[Path]:
-    """Make run folders by the month; yield each. Torques are normal about 0.72 N·m."""
+    """Make run folders in a folder per month; yield each. Torques are normal about 0.72 N·m."""
     with h5py.File(source / "run.h5") as file:
         document = json.loads(bytes(file["entry/analysis/result"][()]))
         del document[_SPARE]
@@ -148,19 +148,19 @@ ROWS = "SQLAlchemy makes the statement, and each row has every column"
 def measure(scale: Scale) -> list[Figure]:
     count = scale.of(10_000, 60)
     with tempfile.TemporaryDirectory() as folder, ExitStack() as stack:
-        document = result_document() if scale.short else demonstrated(Path(folder))
-        roots = made(Path(folder), count, document)
-        figures = on(roots, str(Path(folder) / "lab.sqlite"), "SQLite", raw_sqlite)
+        document = result_document() if scale.short else demonstration_result(Path(folder))
+        roots = make_roots(Path(folder), count, document)
+        figures = measure_on(roots, str(Path(folder) / "lab.sqlite"), "SQLite", raw_sqlite)
         if not has_postgresql():
             return [*figures, Figure("PostgreSQL", None, "s", note="there is none here")]
         place = stack.enter_context(postgresql_server())
-        return figures + on(
+        return figures + measure_on(
             roots, f"postgresql://rigrunner@/postgres{place}", "PostgreSQL", raw_postgresql
         )
 
 
-def on(roots: list[Path], database: str, name: str, raw: Raw) -> list[Figure]:
-    """Measure all of it on one engine."""
+def measure_on(roots: list[Path], database: str, name: str, raw: Raw) -> list[Figure]:
+    """Return all figures of one engine."""
     with closing(open_archive(database=database)) as archive:
         archive.make()
         figures = [*indexing(archive, roots), *unchanged(archive, roots)]
@@ -173,7 +173,8 @@ def on(roots: list[Path], database: str, name: str, raw: Raw) -> list[Figure]:
 
 def indexing(archive: Database, roots: list[Path]) -> list[Figure]:
     turns = [
-        (seconds(partial(index, archive, [root])), seconds(partial(opened, root))) for root in roots
+        (seconds(partial(index, archive, [root])), seconds(partial(read_files, root)))
+        for root in roots
     ]
     pair, count = pair_of(turns), sum(1 for _ in files(roots[0])) / 1e3
     ours = Figure("read a new run file", pair.ours.per(count), "ms", ratio=pair.ratio)
@@ -184,7 +185,7 @@ def indexing(archive: Database, roots: list[Path]) -> list[Figure]:
 
 
 def unchanged(archive: Database, roots: list[Path]) -> list[Figure]:
-    pair = paired(partial(index, archive, roots), partial(walked, roots), TURNS)
+    pair = paired(partial(index, archive, roots), partial(walk, roots), TURNS)
     ours = Figure("find nothing new in all", pair.ours, "s", ratio=pair.ratio)
     return [
         replace(ours, target=at_most(2, "s"), note=LOOKING),
@@ -193,7 +194,7 @@ def unchanged(archive: Database, roots: list[Path]) -> list[Figure]:
 
 
 def searching(database: str, question: Question, ask: Callable[[str], object]) -> list[Figure]:
-    ours = partial(query, database=database, **question.words)
+    ours = partial(query, database=database, **question.filters)
     pair = paired(ours, partial(ask, question.statement), TURNS)
     figure = Figure(question.what, pair.ours.per(1e-3), "ms", ratio=pair.ratio)
     return [
@@ -216,10 +217,10 @@ def size_of_a_run(archive: Database, runs: int) -> Figure:
 
 @dataclass(frozen=True)
 class Question:
-    """What is asked, in the words of a person and in SQL."""
+    """A search: its name, its filters, and the same in SQL."""
 
     what: str
-    words: dict[str, str]
+    filters: dict[str, str]
     statement: str
 
 
@@ -262,16 +263,16 @@ def raw_postgresql(archive: Database) -> Iterator[Callable[[str], object]]:
         yield lambda statement: connection.execute(statement).fetchall()
 
 
-def demonstrated(folder: Path) -> dict[str, object]:
-    """Run the demonstration; return its result."""
+def demonstration_result(folder: Path) -> dict[str, object]:
+    """Run the demonstration and return its result."""
     call("demo", "--dir", str(folder / "demo"))
     (result,) = (folder / "demo").glob("*STT-1000*/result.json")
     document: dict[str, object] = json.loads(result.read_text(encoding="utf-8"))
     return document
 
 
-def made(folder: Path, count: int, document: object) -> list[Path]:
-    """Make the run files, with this result; return the folders that hold them."""
+def make_roots(folder: Path, count: int, document: object) -> list[Path]:
+    """Make run files with this result, and return their folders."""
     source = template(folder / "template", document)
     runs = make_many(folder / "all", count, source)
     roots = [folder / f"part-{number}" for number in range(FOLDERS)]
@@ -287,15 +288,15 @@ def files(root: Path) -> Iterator[Path]:
         yield from (Path(folder, name) for name in names)
 
 
-def opened(root: Path) -> None:
-    """Open each file, and read what it says of itself and of its result."""
+def read_files(root: Path) -> None:
+    """Open each file, and read its attributes and its result."""
     for path in files(root):
         with h5py.File(path) as file:
             dict(file["entry"].attrs)
             bytes(file["entry/analysis/result"][()])
 
 
-def walked(roots: list[Path]) -> None:
+def walk(roots: list[Path]) -> None:
     for root in roots:
         for path in files(root):
             path.stat()
@@ -324,26 +325,26 @@ def work() -> list[Work]:
             pass
         with closing(open_archive(Path(folder) / "runs")) as archive:
             index_runs = partial(index, archive, [Path(folder) / "runs"])
-            statements = executed(archive, index_runs)
-            again_calls = calls(index_runs)
-            nothing_new = executed(archive, index_runs)
+            statements = count_statements(archive, index_runs)
+            calls_unchanged = calls(index_runs)
+            statements_unchanged = count_statements(archive, index_runs)
         return [
             Work("statements for a new run", statements / count, 3),
-            Work("statements where nothing is new", nothing_new, 25),
-            Work("calls of functions for an unchanged run", again_calls / count, 400),
+            Work("statements where nothing is new", statements_unchanged, 25),
+            Work("calls of functions for an unchanged run", calls_unchanged / count, 400),
         ]
 
 
-def executed(archive: Database, call: Callable[[], object]) -> int:
-    """Count the statements that a call executes in an archive."""
+def count_statements(archive: Database, call: Callable[[], object]) -> int:
+    """Return the number of statements that a call executes in an archive."""
     statements: list[str] = []
 
-    def keep(_c: object, _u: object, statement: str, *_: object) -> None:
+    def record(_c: object, _u: object, statement: str, *_: object) -> None:
         statements.append(statement)
 
-    event.listen(archive._engine, "before_cursor_execute", keep)
+    event.listen(archive._engine, "before_cursor_execute", record)
     try:
         call()
     finally:
-        event.remove(archive._engine, "before_cursor_execute", keep)
+        event.remove(archive._engine, "before_cursor_execute", record)
     return len(statements)

@@ -1,9 +1,9 @@
-"""The archive of a million runs: how long a search takes, and how large it is.
+"""The archive of a million runs: the time of a search, and the size of the archive.
 
 One run of the demonstration is indexed, and its rows are copied by SQL, each copy with its own id,
-specimen, lot, rig, time and torque: no files are made of them. `archive` measures how long it takes
-to index files. The runs are 13 minutes apart, over 24 years. Each search is that of
-`rigrunner archive query`, its connection included, and ends with rows in Python.
+specimen, lot, rig, time and torque; no files are made for them. `archive` measures the indexing of
+files. The runs are 13 minutes apart, over 24 years. Each search is that of `rigrunner archive
+query`, including its connection, and ends with rows in Python.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING
 
 from sqlalchemy import text
 
-from benchmarks.archive import QUESTIONS, Question, demonstrated, size, template
+from benchmarks.archive import QUESTIONS, Question, demonstration_result, size, template
 from benchmarks.frame import Figure, Spread, Work, at_most, repeated
 from rigrunner_fleet.archive import index, open_archive, query
 from rigrunner_fleet.archive.filters import filters_of
@@ -39,8 +39,8 @@ if TYPE_CHECKING:
 
 RUNS_AT_ONCE = 50_000
 TORQUE_NM = "(0.6 + 0.24 * (n.k % 10007 * 7919 % 10007) / 10007.0)"
-"""Each value between 0.6 N·m and 0.84 N·m about as often."""
-MADE: Mapping[str, Mapping[str, str]] = {
+"""Nearly uniform between 0.6 N·m and 0.84 N·m."""
+COPIED: Mapping[str, Mapping[str, str]] = {
     "sqlite": {
         "started_utc": "strftime('%Y-%m-%d %H:%M:%S.000000', '2020-01-01',"
         " '+' || (13 * n.k) || ' minutes')",
@@ -53,10 +53,10 @@ MADE: Mapping[str, Mapping[str, str]] = {
         "lot": "lpad(cast(n.k / 50 as text), 5, '0')",
     },
 }
-"""What differs from run to run, in the SQL of each database; 50 runs are of one lot."""
-QUESTIONS_OF_MANY = (
+"""Values that differ between runs, in the SQL of each database; a lot has 50 runs."""
+LARGE_QUESTIONS = (
     Question("one specimen", {"specimen": "SN-0000123"}, ""),
-    Question("a month and a verdict", QUESTIONS[1].words, ""),
+    Question("a month and a verdict", QUESTIONS[1].filters, ""),
     Question(
         "lots by pattern, a range of torque", {"lot": "L-0001*", "torque": "0.7..0.75 N·m"}, ""
     ),
@@ -71,7 +71,7 @@ def measure(scale: Scale) -> list[Figure]:
     with tempfile.TemporaryDirectory() as name, ExitStack() as stack:
         folder = Path(name)
         (folder / "runs").mkdir()
-        document = result_document() if scale.short else demonstrated(folder)
+        document = result_document() if scale.short else demonstration_result(folder)
         template(folder / "runs" / "template", document)
         databases = {"SQLite": str(folder / "large.sqlite")}
         if has_postgresql():
@@ -80,34 +80,34 @@ def measure(scale: Scale) -> list[Figure]:
         return [
             replace(figure, what=f"{engine}: {figure.what}")
             for engine, database in databases.items()
-            for figure in on(database, folder / "runs", count)
+            for figure in measure_on(database, folder / "runs", count)
         ]
 
 
-def on(database: str, runs: Path, count: int) -> list[Figure]:
+def measure_on(database: str, runs: Path, count: int) -> list[Figure]:
     with closing(open_archive(database=database)) as archive:
-        filled(archive, runs, count)
-        figures = [searching(database, question) for question in QUESTIONS_OF_MANY]
+        fill(archive, runs, count)
+        figures = [searching(database, question) for question in LARGE_QUESTIONS]
         kilobytes = Spread.of([size(archive) / count / 1e3])
     what = f"size of the archive of {count:,} runs, a run of 12 set-points"
     return [*figures, Figure(what, kilobytes, "kB", target=at_most(4, "kB"))]
 
 
 def searching(database: str, question: Question) -> Figure:
-    ask = partial(query, database=database, **question.words)
+    ask = partial(query, database=database, **question.filters)
     count = len(ask())
     duration = repeated(ask, 9).per(1e-3)
     return Figure(question.what, duration, "ms", target=at_most(100, "ms"), note=f"{count:,} rows")
 
 
-def filled(archive: Database, runs: Path, count: int) -> None:
-    """Index the one run that there is, and copy its rows until there are so many."""
+def fill(archive: Database, runs: Path, count: int) -> None:
+    """Index the only run, and copy its rows up to this number of runs."""
     index(archive, [runs])
-    filled_up(archive, 2, count)
+    copy_rows(archive, 2, count)
 
 
-def filled_up(archive: Database, begin: int, count: int) -> None:
-    """Copy the rows of the first run, from this number on, until there are so many."""
+def copy_rows(archive: Database, begin: int, count: int) -> None:
+    """Copy the rows of the first run to the runs of these numbers."""
     for first in range(begin, count + 1, RUNS_AT_ONCE):
         with archive.writing() as connection:
             for statement in copies(connection.dialect.name, first, count):
@@ -118,7 +118,7 @@ def filled_up(archive: Database, begin: int, count: int) -> None:
 
 def copies(dialect: str, first: int, count: int) -> Iterator[str]:
     """Yield the statements that copy the rows of run 1 for the next runs."""
-    sql, last = MADE[dialect], min(first + RUNS_AT_ONCE - 1, count)
+    sql, last = COPIED[dialect], min(first + RUNS_AT_ONCE - 1, count)
     numbers = (
         f"WITH RECURSIVE n(k) AS (SELECT {first} UNION ALL SELECT k + 1 FROM n WHERE k < {last})"  # noqa: S608  (our own numbers)
     )
@@ -156,20 +156,20 @@ def work() -> list[Work]:
         runs.mkdir()
         template(runs / "template", result_document())
         with closing(open_archive(database=database)) as archive:
-            filled(archive, runs, 200)
-            assert len(query(database=database)) == 200, "each of them is a run of its own"
-            few = sum(steps(archive, question) for question in QUESTIONS_OF_MANY)
-            filled_up(archive, 201, 2000)
-            many = sum(steps(archive, question) for question in QUESTIONS_OF_MANY)
+            fill(archive, runs, 200)
+            assert len(query(database=database)) == 200, "each copy is a run"
+            few = sum(steps(archive, question) for question in LARGE_QUESTIONS)
+            copy_rows(archive, 201, 2000)
+            many = sum(steps(archive, question) for question in LARGE_QUESTIONS)
         return [
             Work("steps of SQLite for each further run, of six searches", (many - few) / 1800, 60)
         ]
 
 
 def steps(archive: Database, question: Question) -> int:
-    """Count the instructions of SQLite's virtual machine, in tens, that a question takes."""
-    count, words = 0, dict(question.words)
-    limit = words.pop("limit", None)
+    """Return the number of instructions of SQLite's virtual machine for a search, in tens."""
+    count, filters = 0, dict(question.filters)
+    limit = filters.pop("limit", None)
 
     def count_steps() -> int:
         nonlocal count
@@ -177,7 +177,7 @@ def steps(archive: Database, question: Question) -> int:
         return 0
 
     with archive.reading() as connection:
-        statement = select_rows("runs", filters_of(**words), connection.dialect, limit)
+        statement = select_rows("runs", filters_of(**filters), connection.dialect, limit)
         sqlite = connection.connection.driver_connection
         sqlite.set_progress_handler(count_steps, 10)
         connection.execute(statement).all()

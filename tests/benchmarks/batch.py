@@ -1,11 +1,11 @@
-"""Studies and re-analysis of many runs: how much faster two processes are than one.
+"""Studies and re-analysis of many runs: the speed of two processes compared with one.
 
 The floor does the same in one process, with one thread for linear algebra, as each of the two has.
-Their start is counted: a second of imports in each. Rigs of the study of coverage are recorded and
-analysed in memory, stored runs of the demonstration are read from the disk, and their results
-written. The turns of one and of two alternate; what else the machine does at the time takes its
-part of the second core, so that the figure means something on a quiet machine alone.
-The scheduler itself is measured by items that are nothing to do, beside the pools of Python's
+Their start is included: a second of imports in each. Rigs of the study of coverage are recorded and
+analysed in memory; stored runs of the demonstration are read from the disk, and their results
+written. One and two processes alternate. Other programs take their share of the second core, so
+that the figure is valid only on a quiet machine.
+The scheduler itself is measured with items without work, compared with the pools of Python's
 standard library, which do not survive the death of a process.
 """
 
@@ -37,25 +37,25 @@ if TYPE_CHECKING:
 
     from benchmarks.frame import Scale
 
-TWO = at_least(1.6)
+SPEED_UP = at_least(1.6)
 """Within 20 % of linear."""
-NEVER = Event()
+NO_STOP = Event()
 MICRO = 1e6
 TURNS = 3
 
 
 def measure(scale: Scale) -> list[Figure]:
     items = scale.of(2000, 20)
-    figures = [*scheduler(items, scale.of(7, 1)), going_on(scale.of(100_000, 100))]
+    figures = [*scheduler(items, scale.of(7, 1)), resuming(scale.of(100_000, 100))]
     return figures if scale.short else [*study(rigs=8), *reanalysis(copies=8), *figures]
 
 
 def study(rigs: int) -> list[Figure]:
-    def examined(jobs: int) -> None:
-        runner = CaseRunner(Processes(jobs), NEVER, lambda *_: None)
+    def run_study(jobs: int) -> None:
+        runner = CaseRunner(Processes(jobs), NO_STOP, lambda *_: None)
         run_coverage(rigs=rigs // 2, seed=1, runner=runner)
 
-    return speed_up("study coverage", examined, rigs, "rigs/min")
+    return speed_up("study coverage", run_study, rigs, "rigs/min")
 
 
 def reanalysis(copies: int) -> list[Figure]:
@@ -66,11 +66,11 @@ def reanalysis(copies: int) -> list[Figure]:
         for number in range(copies):
             shutil.copytree(finished.folder, folder / "lab" / str(number))
 
-        def again(jobs: int) -> None:
+        def reanalyse(jobs: int) -> None:
             with tempfile.TemporaryDirectory(dir=folder) as out:
                 reanalysed(folder / "lab", Path(out), workers=Processes(jobs))
 
-        return speed_up("reanalyse, demonstration", again, copies, "runs/min")
+        return speed_up("reanalyse, demonstration", reanalyse, copies, "runs/min")
 
 
 def speed_up(what: str, call: Callable[[int], None], count: int, unit: str) -> list[Figure]:
@@ -85,7 +85,7 @@ def speed_up(what: str, call: Callable[[int], None], count: int, unit: str) -> l
             pair.ours.rate(minutes),
             unit,
             ratio=pair.speed,
-            target=TWO,
+            target=SPEED_UP,
             note=note,
         ),
         Figure(
@@ -99,7 +99,7 @@ def speed_up(what: str, call: Callable[[int], None], count: int, unit: str) -> l
 
 
 def processor_s(call: Callable[[], None]) -> float:
-    """Return the processor time of all processes that a call began and waited for."""
+    """Return the processor time of all child processes of a call."""
     before = resource.getrusage(resource.RUSAGE_CHILDREN)
     call()
     after = resource.getrusage(resource.RUSAGE_CHILDREN)
@@ -107,9 +107,9 @@ def processor_s(call: Callable[[], None]) -> float:
 
 
 def scheduler(items: int, times: int) -> list[Figure]:
-    """Return what an item costs beyond its own work, the start of two processes included."""
+    """Return the overhead per item, including the start of two processes."""
     numbers = list(range(-items, 0))
-    ours = repeated(lambda: list(Processes(2).outcomes(abs, numbers, NEVER)), times)
+    ours = repeated(lambda: list(Processes(2).outcomes(abs, numbers, NO_STOP)), times)
     pool = repeated(partial(by_pool, numbers), times)
     executor = repeated(partial(by_executor, numbers), times)
     unit, count = "us/item", items / MICRO
@@ -130,8 +130,8 @@ def by_executor(numbers: list[int]) -> None:
         list(pool.map(abs, numbers))
 
 
-def going_on(items: int) -> Figure:
-    """Return how long it takes to see that so many runs are done already."""
+def resuming(items: int) -> Figure:
+    """Return the time to find that all runs are done already."""
     with tempfile.TemporaryDirectory() as name:
         path = Path(name) / "done"
         with journal(path, {}) as results:
@@ -139,11 +139,11 @@ def going_on(items: int) -> Figure:
                 key = json.dumps([f"rig/run-{number}", "200000000 1"])
                 results.add(key, {"torque_nm": 0.7} | ROW)
 
-        def opened() -> None:
+        def reopen() -> None:
             with journal(path, {}) as results:
                 assert len(results) == items
 
-        return Figure(f"going on after {items:,} items", repeated(opened, 5), "s")
+        return Figure(f"going on after {items:,} items", repeated(reopen, 5), "s")
 
 
 ROW = dict.fromkeys(("run", "run_id", "procedure", "station", "verdict", "started_utc"), "x" * 30)
@@ -152,7 +152,7 @@ ROW = dict.fromkeys(("run", "run_id", "procedure", "station", "verdict", "starte
 def work() -> list[Work]:
     with tempfile.TemporaryDirectory() as name:
         task = Squares(Path(name))
-        list(Processes(2).outcomes(task, list(range(50)), NEVER))
+        list(Processes(2).outcomes(task, list(range(50)), NO_STOP))
         attempts = task.attempts()
         marks = {mark.name.split("-")[1] for mark in Path(name).iterdir()}
     return [
@@ -167,6 +167,6 @@ def bytes_kept() -> float:
         path = Path(name) / "done"
         with journal(path, {}) as results:
             before = path.stat().st_size
-            for outcome in InProcess().outcomes(str, list(range(100)), NEVER):
+            for outcome in InProcess().outcomes(str, list(range(100)), NO_STOP):
                 results.add(outcome.answer.value, ROW)
         return (path.stat().st_size - before) / 100

@@ -1,4 +1,4 @@
-"""The command: measure the benchmarks that are named, or all, and print their tables."""
+"""Measure all benchmarks, or those named, and print their tables."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ PEERS = ["bluesky", "openhtf", "ophyd", "orjson", "pymeasure", "qcodes", "robotf
 
 
 def names() -> list[str]:
-    """Return the benchmarks: the modules of this folder that measure."""
+    """Return the names of the benchmarks: modules of this folder with `measure`."""
     files = sorted(FOLDER.glob("*.py"))
     return [path.stem for path in files if "\ndef measure(" in path.read_text(encoding="utf-8")]
 
@@ -37,8 +37,8 @@ def benchmark(name: str) -> ModuleType:
     return importlib.import_module(f"benchmarks.{name}")
 
 
-def main(words: list[str] | None = None) -> int:
-    options = arguments(words)
+def main(argv: list[str] | None = None) -> int:
+    options = arguments(argv)
     scale = Scale(short=options.short, peers=Peers(options.peers))
     head = f"{machine.versions()}\nPeers: {scale.peers.versions(PEERS)}."
     head += f"\n{SHORT}" if options.short else ""
@@ -48,12 +48,12 @@ def main(words: list[str] | None = None) -> int:
         sections[name], error = section(name, scale)
         failed |= error
         say(f"## {name}\n\n{sections[name]}")
-        if options.markdown:  # each time: what is measured is not lost if the rest is interrupted
+        if options.markdown:  # after each, so that an interruption loses nothing
             write(options.markdown, head, sections, names())
     return 1 if failed else 0
 
 
-def arguments(words: list[str] | None) -> argparse.Namespace:
+def arguments(argv: list[str] | None) -> argparse.Namespace:
     parser = argparse.ArgumentParser(prog="python -m tests.benchmarks", description=__doc__)
     parser.add_argument("names", nargs="*", metavar="NAME", help=f"of {', '.join(names())}")
     parser.add_argument("--short", action="store_true", help="seconds instead of minutes")
@@ -70,7 +70,7 @@ def arguments(words: list[str] | None) -> argparse.Namespace:
         default=os.environ.get("RIGRUNNER_PEERS"),
         help="the Python of an environment with the extra `peers` (or RIGRUNNER_PEERS)",
     )
-    options = parser.parse_args(words)
+    options = parser.parse_args(argv)
     unknown = sorted(set(options.names) - set(names()))
     if unknown:
         parser.error(f"no benchmark {', '.join(unknown)}; there are {', '.join(names())}")
@@ -86,7 +86,7 @@ def section(name: str, scale: Scale) -> tuple[str, bool]:
     try:
         module = benchmark(name)
         figures, about = module.measure(scale), getdoc(module) or ""
-    except Exception as error:  # noqa: BLE001  (a figure that fails must not cost the others)
+    except Exception as error:  # noqa: BLE001  (the others are still measured)
         traceback.print_exc()
         return f"Failed: {type(error).__name__}: {error}", True
     summary = f"{time.perf_counter() - began:.0f} s, load {load} at its start"

@@ -1,9 +1,9 @@
 """A measurement model of ten inputs, as text in a procedure: the GUM, and Monte Carlo trials.
 
-The GUM: value, sensitivities, uncertainty and budget of the analysis `equation`, the model parsed
-beforehand, once it was done before; some of the ten inputs have few degrees of freedom, and two are
-rectangular. The trials are a million by the adaptive procedure (JCGM 101), their floor draws the
-same random numbers in the same blocks.
+The GUM: value, sensitivities, uncertainty and budget of the analysis `equation`, after a first
+evaluation and without the parsing of the model; some of the ten inputs have few degrees of freedom,
+and two are rectangular. The trials are a million by the adaptive procedure (JCGM 101); their floor
+draws the same random numbers in the same blocks.
 """
 
 from __future__ import annotations
@@ -46,21 +46,21 @@ def ten_inputs() -> MeasurementModel:
         Input("slope", 3e-4, 1e-5, inf),
         Input("warm", 21.0, 0.2),
     )
-    model = read(TEXT, [each.name for each in inputs], ["y"])
+    model = read(TEXT, [quantity.name for quantity in inputs], ["y"])
     return MeasurementModel(inputs, Tree(model, "y", {}, {}, 1.0, 0.0))
 
 
 def gum(model: MeasurementModel) -> None:
-    """Propagate the uncertainties of a model of its own, as each place of a run has one."""
+    """Propagate the uncertainties of a new copy of a model, as in each place of a run."""
     propagate(replace(model))
 
 
 def measure(scale: Scale) -> list[Figure]:
     model, times = ten_inputs(), scale.of(15, 1)
     gum(model)
-    took = repeated(lambda: [gum(model) for _ in range(ROUNDS)], times)
-    first = Figure("GUM of ten inputs", took.per(1e-3 * ROUNDS), "ms", target=at_most(1, "ms"))
-    return [first, *rates("ten inputs", model, scale.of(TRIALS, 2 * BLOCK), times)]
+    spread = repeated(lambda: [gum(model) for _ in range(ROUNDS)], times)
+    row = Figure("GUM of ten inputs", spread.per(1e-3 * ROUNDS), "ms", target=at_most(1, "ms"))
+    return [row, *rates("ten inputs", model, scale.of(TRIALS, 2 * BLOCK), times)]
 
 
 def work() -> list[Work]:

@@ -1,8 +1,8 @@
-"""A tester that streams at 1 MS/s and channel, in the wall's time: a plugin of one file.
+"""A tester that streams at 1 MS/s per channel in real time: a plugin of one file.
 
-One second of the simulated rig, through a 16-bit converter, is made beforehand and streamed over
-and over. Like a driver's buffer it holds what was not fetched, and loses samples, and says so, once
-that is more than a second's.
+One second of the simulated rig, through a 16-bit converter, is made beforehand and streamed
+repeatedly. Like the buffer of a driver it holds samples until they are fetched, and reports an
+overflow after one second.
 """
 
 from __future__ import annotations
@@ -31,22 +31,22 @@ FULL_SCALES = {"angle": 0.1, "velocity": 20.0, "load": 3000.0, "torque": 12.0}
 
 
 class FastTesterSettings(SwingTesterSimSettings):
-    """Those of the simulated rig, and how it streams."""
+    """The settings of the simulated rig, and of the stream."""
 
     paced: bool = True
-    """Whether a block comes when its time has passed, or as soon as it is asked for."""
+    """Whether a block comes after its time has passed, or immediately."""
     block_samples: int = 100_000
 
 
 class FastTester(SimulatedTester):
-    """The simulated rig with another stream."""
+    """The simulated rig with a stream from memory."""
 
     non_blocking = False
 
     def __init__(self, settings: FastTesterSettings, context: DeviceContext) -> None:
         super().__init__("fast_tester", settings, closed_form_rig(settings.parameters()), context)
         self._paced, self._block = settings.paced, settings.block_samples
-        self._made: dict[tuple[float, float], Mapping[str, np.ndarray]] = {}
+        self._seconds: dict[tuple[float, float], Mapping[str, np.ndarray]] = {}
         self._produced = 0
         self._late_s = 0.0
 
@@ -57,7 +57,7 @@ class FastTester(SimulatedTester):
         return self._blocks({name: second[name] for name in channels}, duration_s, stop)
 
     def stream_conditions(self) -> Mapping[str, tuple[float, str]]:
-        """Return how many samples were made, and by how much the latest was fetched too late."""
+        """Return the number of samples made, and the longest delay of a fetch."""
         return {"produced": (float(self._produced), "1"), "late": (self._late_s, "s")}
 
     def _blocks(
@@ -66,12 +66,12 @@ class FastTester(SimulatedTester):
         rate_hz, self._produced, self._late_s = self.sample_rate_hz, 0, 0.0
         total, began_s = round(duration_s * rate_hz), time.monotonic()
         while self._produced < total and not stop.is_set():
-            first, place = self._produced, self._produced % round(rate_hz)
-            count = min(self._block, total - first, round(rate_hz) - place)
+            first, start = self._produced, self._produced % round(rate_hz)
+            count = min(self._block, total - first, round(rate_hz) - start)
             due_s = began_s + (first + count) / rate_hz
             self._wait(due_s)
             self._produced += count
-            channels = {name: values[place : place + count] for name, values in second.items()}
+            channels = {name: values[start : start + count] for name, values in second.items()}
             yield Block(rate_hz, first, due_s - count / rate_hz, channels)
 
     def _wait(self, due_s: float) -> None:
@@ -85,16 +85,18 @@ class FastTester(SimulatedTester):
             time.sleep(-late_s)
 
     def second(self) -> Mapping[str, np.ndarray]:
-        """Return one second of every channel, at the present set-points."""
+        """Return one second of every channel at the current set-points."""
         state = self._state()
         setpoints = (state.frequency_hz, state.load_n)
-        if setpoints not in self._made:
+        if setpoints not in self._seconds:
             samples = self._sample(state, round(self.sample_rate_hz), 0, FULL_SCALES)
-            self._made[setpoints] = {name: _converted(name, samples[name]) for name in FULL_SCALES}
-        return self._made[setpoints]
+            self._seconds[setpoints] = {
+                name: _digitise(name, samples[name]) for name in FULL_SCALES
+            }
+        return self._seconds[setpoints]
 
 
-def _converted(name: str, values: np.ndarray) -> np.ndarray:
+def _digitise(name: str, values: np.ndarray) -> np.ndarray:
     step = 2 * FULL_SCALES[name] / 2**BITS
     return step * np.round(values / step)
 

@@ -1,4 +1,4 @@
-"""What a benchmark is made of: figures with spread, ratios of pairs, targets, counted work."""
+"""The parts of a benchmark: figures with spread, ratios of pairs, targets, counted work."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Scale:
-    """How much a benchmark is to do, and where other projects' programs are to be found."""
+    """The size of a benchmark, and the environment of other projects' programs."""
 
     short: bool = False
     peers: Peers = field(default_factory=Peers)
@@ -38,24 +38,24 @@ class Spread:
 
     @classmethod
     def of(cls, values: Iterable[float]) -> Spread:
-        many = sorted(values)
-        if len(many) == 1:
-            return cls(many[0], many[0], many[0])
-        low, median, high = quantiles(many, n=4, method="inclusive")
+        ordered = sorted(values)
+        if len(ordered) == 1:
+            return cls(ordered[0], ordered[0], ordered[0])
+        low, median, high = quantiles(ordered, n=4, method="inclusive")
         return cls(median, low, high)
 
     def per(self, count: float) -> Spread:
-        """Return it divided: seconds of a loop to seconds of a turn, or into other units."""
+        """Return it divided by a count: seconds per turn of a loop, or another unit."""
         return Spread(self.median / count, self.low / count, self.high / count)
 
     def rate(self, count: float) -> Spread:
-        """Return how many were done in a unit of time, from the time that `count` took."""
+        """Return the rate from the time of `count` items."""
         return Spread(count / self.median, count / self.high, count / self.low)
 
 
 @dataclass(frozen=True)
 class Target:
-    """What is asked of a figure: of its ratio to the floor, or of its value if a unit is given."""
+    """The target of a figure: for its ratio to the floor, or for its value if it has a unit."""
 
     bound: float
     unit: str = ""
@@ -75,7 +75,7 @@ def at_least(bound: float, unit: str = "") -> Target:
 
 @dataclass(frozen=True)
 class Figure:
-    """One row: what was measured; `value` is None for what could not be, and `note` says why."""
+    """One row of a table; `value` is None if it could not be measured, and `note` says why."""
 
     what: str
     value: Spread | None
@@ -86,14 +86,14 @@ class Figure:
     note: str = ""  # for ours: what limits it
 
     def met(self) -> bool | None:
-        """Say whether the median is at its target: None where there is none, or no value."""
-        of = self.value if self.target and self.target.unit else self.ratio
-        return None if self.target is None or of is None else self.target.met(of.median)
+        """Return whether the median meets its target; None without a target or a value."""
+        spread = self.value if self.target and self.target.unit else self.ratio
+        return None if self.target is None or spread is None else self.target.met(spread.median)
 
 
 @dataclass(frozen=True)
 class Work:
-    """Work of the short form that does not depend on the machine, and what it may be at most."""
+    """Counted work of the short form, which does not depend on the machine, and its maximum."""
 
     what: str
     counted: float
@@ -102,11 +102,11 @@ class Work:
 
 @dataclass(frozen=True)
 class Pair:
-    """Seconds of ours and of the floor, and the ratios of ours to the floor, turn by turn."""
+    """Seconds of ours and of the floor, and their ratios in each turn."""
 
     ours: Spread
     floor: Spread
-    ratio: Spread  # of times; what does n times the work at once has a ratio of 1/n
+    ratio: Spread  # ours / floor, of times
     speed: Spread  # of rates: floor / ours
 
 
@@ -117,21 +117,21 @@ def seconds(call: Callable[[], object]) -> float:
 
 
 def paired(ours: Callable[[], object], floor: Callable[[], object], times: int) -> Pair:
-    """Measure both in turn, so that what else the machine does meets both alike."""
+    """Measure both in turn, so that other load of the machine affects both alike."""
     if times > 1:
-        ours(), floor()  # the first time of each warms caches
+        ours(), floor()  # warms caches
     turns = [(seconds(ours), seconds(floor)) for _ in range(times)]
     return pair_of(turns)
 
 
 def pair_of(turns: Iterable[tuple[float, float]]) -> Pair:
-    """Make a pair of seconds measured otherwise: (ours, floor) of each turn."""
-    many = list(turns)
+    """Make a pair from the seconds (ours, floor) of each turn."""
+    pairs = list(turns)
     return Pair(
-        ours=Spread.of(ours for ours, _ in many),
-        floor=Spread.of(floor for _, floor in many),
-        ratio=Spread.of(ours / floor for ours, floor in many),
-        speed=Spread.of(floor / ours for ours, floor in many),
+        ours=Spread.of(ours for ours, _ in pairs),
+        floor=Spread.of(floor for _, floor in pairs),
+        ratio=Spread.of(ours / floor for ours, floor in pairs),
+        speed=Spread.of(floor / ours for ours, floor in pairs),
     )
 
 
@@ -142,24 +142,24 @@ def repeated(call: Callable[[], object], times: int) -> Spread:
 def peer(
     scale: Scale, what: str, script: str, *arguments: object, unit: str, floor: Spread | None = None
 ) -> Figure:
-    """Run `peers/SCRIPT.py`, which prints a JSON list of what it measured, in the unit."""
-    values, why = scale.peers.run(script, *arguments)
+    """Run `peers/SCRIPT.py`, which prints a JSON list of its measurements in the unit."""
+    values, note = scale.peers.run(script, *arguments)
     if not values:
-        return Figure(what, None, unit, "peer", note=why)
+        return Figure(what, None, unit, "peer", note=note)
     value = Spread.of(values)
     ratio = value.per(floor.median) if floor else None
     return Figure(what, value, unit, "peer", ratio)
 
 
-def fresh(*words: object) -> str:
-    """Run Python in a fresh process, from compiled code; return what it prints.
+def fresh(*arguments: object) -> str:
+    """Run Python in a fresh process, from compiled code; return its output.
 
-    Where Python is told to write none (PYTHONDONTWRITEBYTECODE), every start compiles our sources
-    again. The first start after a change compiles them: it is not to be measured.
+    With PYTHONDONTWRITEBYTECODE every start would compile our sources again. The first start after
+    a change compiles them and must not be measured.
     """
     environment = {k: v for k, v in os.environ.items() if k != "PYTHONDONTWRITEBYTECODE"}
     process = subprocess.run(
-        [sys.executable, *map(str, words)],
+        [sys.executable, *map(str, arguments)],
         capture_output=True,
         text=True,
         check=True,
@@ -169,7 +169,7 @@ def fresh(*words: object) -> str:
 
 
 def calls(call: Callable[[], object]) -> int:
-    """Count calls of functions, of Python and of C, in this thread."""
+    """Return the number of calls of Python and C functions in this thread."""
     count = 0
 
     def count_call(_frame: object, event: str, _what: object) -> None:
@@ -186,7 +186,7 @@ def calls(call: Callable[[], object]) -> int:
 
 
 def allocated_peak(call: Callable[[], object]) -> int:
-    """Return the most bytes that were allocated at once, beyond those before."""
+    """Return the peak of allocated bytes during a call, beyond those before."""
     tracemalloc.start()
     try:
         before, _ = tracemalloc.get_traced_memory()

@@ -1,7 +1,7 @@
-"""A plan of many set-points on a device that costs nothing: what is left is the program itself.
+"""A plan of many set-points on a device that takes no time, to measure the program itself.
 
-They are points of a scan, or steps of a sweep. Run as a program, in tests/, `python -m
-benchmarks.helpers_setpoints FOLDER POINTS [sweep]` prints each point that is done.
+The set-points are points of a scan, or steps of a sweep. Run as a program, in tests/, `python -m
+benchmarks.helpers_setpoints FOLDER POINTS [sweep]` prints each finished point.
 """
 
 from __future__ import annotations
@@ -132,7 +132,7 @@ def lab_of(
 ) -> tuple[Path, Path]:
     """Write procedure, station and plugin into a folder; return the first two.
 
-    All points are gone through so many `times`: a file has no more than 20,000 values.
+    All points are repeated `times`: a file has 20,000 values at most.
     """
     (folder / "plugins").mkdir(parents=True)
     (folder / "plugins" / "bench_press.py").write_text(_PLUGIN, encoding="utf-8")
@@ -148,12 +148,12 @@ def lab_of(
 
 
 def loads_n(points: int) -> list[float]:
-    """Return the set-points of a sweep of so many points."""
+    """Return the set-points of a sweep of this number of points."""
     return [HIGHEST_N * (index + 1) / points for index in range(points)]
 
 
 def run_until_killed(folder: Path, points: int, *, sweep: bool) -> None:
-    """Run all points, and print the load of each one once it was said to be done."""
+    """Run all points, and print the load of each when its end is reported."""
     procedure, station = lab_of(folder, points, sweep=sweep)
     planned = plan_run(procedure, station, load_registry(), WallClock())
     execute(
@@ -163,11 +163,11 @@ def run_until_killed(folder: Path, points: int, *, sweep: bool) -> None:
         partners={},
         answers=UnattendedAnswers(),
         stop=threading.Event(),
-        listeners=[_tell],
+        listeners=[_print_load],
     )
 
 
-def _tell(event: Event) -> None:
+def _print_load(event: Event) -> None:
     if isinstance(event, (Scanned, StepEnded)) and event.measurement:
         os.write(1, f"{event.setpoints['press.load']!r}\n".encode())
 

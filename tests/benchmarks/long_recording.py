@@ -1,11 +1,11 @@
-"""`rigrunner analyse` of longer and longer recordings: time by sample, and the process's memory.
+"""`rigrunner analyse` of recordings of increasing length: time per sample, and memory.
 
 A run of five set-points at 100 kS/s on the simulated rig, three channels each (angle, torque and
-one more); the fourth set-point, 25 Hz, goes on. The whole command is measured in a process of its
-own, start-up and imports included: the time of its processor, and the most memory that it ever held
-(`ru_maxrss`). Each recording is 16-bit data of a real signal chain, repeated, in a file as a run
-leaves it. Of two sizes that follow each other both take turns, and each turn gives what a further
-sample takes from the one to the other. That is put against the least of those before: 1 is linear.
+one more); the fourth set-point, 25 Hz, is long. The whole command is measured in a separate
+process, including start-up and imports: its processor time, and its peak memory (`ru_maxrss`). Each
+recording is 16-bit data of a real signal chain, repeated, in a file as a run leaves it. Successive
+sizes alternate, and each turn gives the time per further sample from one size to the next. Its
+ratio to the smallest such time of the sizes before shows the growth: 1 is linear.
 
 Up to an hour, 1.08 x 10^9 samples, here; `python tests/benchmarks/long_recording.py HOURS` takes
 any length.
@@ -53,19 +53,19 @@ RATE_HZ = 100_000
 CHANNELS = 3
 LONG_HZ = 25.0
 FREQUENCY = "tester.frequency"
-ONCE = 8 * 4000
-PERIOD = 64 * ONCE
-"""Samples after which cycles and the chunks of a file come again together."""
+PATTERN = 8 * 4000
+PERIOD = 64 * PATTERN
+"""Samples after which cycles and chunks of a file coincide again."""
 HOUR = 3600 * RATE_HZ * CHANNELS
 SIZES = (100_000, 1_000_000, 10_000_000, 100_000_000, HOUR)
 MEMORY_MB = 500
-OBSERVED = """
+LAUNCHER = """
 import os, subprocess, sys
 process = subprocess.Popen(sys.argv[1:], stdout=subprocess.DEVNULL)
 _, status, used = os.wait4(process.pid, 0)
 print(os.waitstatus_to_exitcode(status), used.ru_utime + used.ru_stime, used.ru_maxrss / 1024)
 """
-"""A small process that begins the command: its greatest memory counts that of who began it."""
+"""A small process that starts the command: the peak memory of a process includes its parent's."""
 AT_ONCE = 200_000
 FEW = 200_000
 LINEAR = at_most(1.25)
@@ -78,18 +78,19 @@ NOTES = (
 
 @dataclass(frozen=True, eq=False)
 class Repeated:
-    """Samples that come again and again, shape (count,): there only by slices."""
+    """Repeated samples of shape (count,), made only by slices."""
 
-    once: Array
+    pattern: Array
     count: int
 
     def __len__(self) -> int:
         return self.count
 
-    def __getitem__(self, which: slice) -> Array:
-        begin, end, _ = which.indices(self.count)
-        first, period = begin % len(self.once), len(self.once)
-        return np.tile(self.once, -(-(first + end - begin) // period))[first : first + end - begin]
+    def __getitem__(self, indices: slice) -> Array:
+        begin, end, _ = indices.indices(self.count)
+        first, period = begin % len(self.pattern), len(self.pattern)
+        last = first + end - begin
+        return np.tile(self.pattern, -(-last // period))[first:last]
 
 
 @cache
@@ -105,7 +106,7 @@ def short_runs() -> tuple[StoredRun, Path]:
 
 
 def long_run(folder: Path, samples: int) -> None:
-    """Write a run with so many samples in each channel of the long recording, not sealed yet."""
+    """Write an unsealed run with this number of samples per channel in the long recording."""
     stored, _ = short_runs()
     recordings = [with_third(recording) for recording in stored.recordings]
     index = [recording.setpoints[FREQUENCY] for recording in recordings].index(LONG_HZ)
@@ -123,16 +124,16 @@ def with_third(recording: Recording) -> Recording:
 
 
 def repeated(recording: Recording, samples: int) -> Recording:
-    """Return its first eight cycles again and again."""
-    once = {name: values[:ONCE] for name, values in recording.channels.items()}
-    channels = {name: Repeated(values, samples) for name, values in once.items()}
+    """Return a recording that repeats its first eight cycles."""
+    patterns = {name: values[:PATTERN] for name, values in recording.channels.items()}
+    channels = {name: Repeated(values, samples) for name, values in patterns.items()}
     return replace(recording, channels=channels)
 
 
 def lengthen(part: Path, recording: Recording) -> None:
-    """Make a recording of one PERIOD longer by its own packed chunks, over and over.
+    """Lengthen a recording of one PERIOD by repeating its packed chunks.
 
-    That saves packing hours of samples; the column of the time, which no analysis reads, is empty.
+    This saves packing hours of samples. The time column, which no analysis reads, is empty.
     """
     longer = part.with_suffix(".longer")
     with h5py.File(part, "r") as old, h5py.File(longer, "w", libver=("earliest", "v110")) as new:
@@ -166,12 +167,12 @@ def _lengthen_column(item: h5py.Dataset, group: h5py.Group, name: str, samples: 
 
 
 def analysed(folder: Path) -> tuple[float, float]:
-    """Return the seconds of a processor that the command took, and its greatest memory in MB."""
+    """Return the processor time of the command in s, and its peak memory in MB."""
     _, no_load = short_runs()
     command = [sys.executable, "-m", "rigrunner", "analyse", str(folder), "--json"]
     command += ["--no-load", str(no_load)]
-    observed = [sys.executable, "-c", OBSERVED, *command]
-    output = subprocess.run(observed, capture_output=True, text=True, check=True).stdout
+    launcher = [sys.executable, "-c", LAUNCHER, *command]
+    output = subprocess.run(launcher, capture_output=True, text=True, check=True).stdout
     code, seconds, memory = map(float, output.split())
     assert code in {0, 1, 10}, code  # whatever the verdict
     return seconds, memory
@@ -182,40 +183,40 @@ def measure(scale: Scale) -> list[Figure]:
 
 
 def figures(sizes: tuple[int, ...]) -> list[Figure]:
-    """Return time and memory of each size, and what each further sample takes."""
+    """Return time and memory of each size, and the time per further sample."""
     measured: dict[int, list[tuple[float, float]]] = {samples: [] for samples in sizes}
     with tempfile.TemporaryDirectory() as name:
         folders = {samples: Path(name) / str(samples) for samples in sizes}
         for samples, folder in folders.items():
             long_run(folder, samples // CHANNELS)
         for group in [*pairwise(sizes)] or [sizes]:
-            for _ in range(turns(max(group)) if group[1:] else 1):  # one alone takes no turns
+            for _ in range(turns(max(group)) if group[1:] else 1):  # a single size has no turns
                 for samples in group:
                     measured[samples].append(analysed(folders[samples]))
-    return [figure for size in measured.items() for figure in of_size(*size)] + of_further(measured)
+    return [figure for size in measured.items() for figure in per_size(*size)] + growth(measured)
 
 
 def turns(samples: int) -> int:
-    """Return how often a size is analysed after the one before: short ones differ by little."""
+    """Return the number of turns of a size: small sizes differ little and need more."""
     return max(1, min(9, round(3e8 / samples)))
 
 
-def of_size(samples: int, taken: list[tuple[float, float]]) -> list[Figure]:
+def per_size(samples: int, measured: list[tuple[float, float]]) -> list[Figure]:
     what = f"{samples:.3g} samples, {samples / CHANNELS / RATE_HZ:.4g} s"
-    seconds, memory = (Spread.of(values) for values in zip(*taken, strict=True))
+    seconds, memory = (Spread.of(values) for values in zip(*measured, strict=True))
     return [
         Figure(f"time, {what}", seconds, "s"),
         Figure(f"memory, {what}", memory, "MB", target=at_most(MEMORY_MB, "MB")),
     ]
 
 
-def of_further(taken: dict[int, list[tuple[float, float]]]) -> list[Figure]:
-    """Return what each further sample takes, from one size to the next."""
+def growth(measured: dict[int, list[tuple[float, float]]]) -> list[Figure]:
+    """Return the time of each further sample, from one size to the next."""
     figures: list[Figure] = []
     least = inf
-    for (few, many), note in zip(pairwise(taken), chain(NOTES, repeat(LIMIT)), strict=False):
-        count = turns(many)  # the last of the smaller size, the first of the larger one
-        times = zip(taken[few][-count:], taken[many][:count], strict=True)
+    for (few, many), note in zip(pairwise(measured), chain(NOTES, repeat(LIMIT)), strict=False):
+        count = turns(many)  # the last turns of the smaller size, the first of the larger
+        times = zip(measured[few][-count:], measured[many][:count], strict=True)
         each_ns = Spread.of((b - a) / (many - few) * 1e9 for (a, _), (b, _) in times)
         what, ratio = f"each further sample, {few:.3g} to {many:.3g}", each_ns.per(least)
         target = LINEAR if figures else None
@@ -227,7 +228,7 @@ def of_further(taken: dict[int, list[tuple[float, float]]]) -> list[Figure]:
 
 
 def work() -> list[Work]:
-    """Return what memory grows by with a recording: counted in blocks a tenth as long."""
+    """Return the growth of memory with the length, counted with blocks of a tenth."""
     with pytest.MonkeyPatch.context() as patch:
         short_cycles(patch, FEW)
         patch.setattr(waveforms, "MOST_ROWS", 64)

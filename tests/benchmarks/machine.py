@@ -1,4 +1,4 @@
-"""What a figure depends on: the machine, its load, and the versions."""
+"""The machine, its load and the versions that a figure depends on."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ ROOT = Path(__file__).resolve().parents[2]
 
 
 def versions() -> str:
-    """Return the line that stands above the tables."""
+    """Return the line above the tables."""
     return (
         f"Measured {now()}: commit {commit()}, "
         f"Python {platform.python_version()}, numpy {version('numpy')}, "

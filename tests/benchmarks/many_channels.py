@@ -1,4 +1,4 @@
-"""A slow instrument with 200 channels, which are read one by one: a plugin of one file."""
+"""A slow instrument with 200 channels that are read one by one: a plugin of one file."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ CHANNELS = 200
 
 
 class ManyChannels(Driver):
-    """Each channel is a sine of its own; every reading has all digits of a float."""
+    """Each channel is another sine; every reading has all digits of a float."""
 
     channels = tuple(ChannelInfo(f"c{i:03d}", "N", f"Channel {i}") for i in range(CHANNELS))
     non_blocking = True

@@ -1,11 +1,11 @@
-"""A run of many steps: time, bytes and memory of each, from the plan to the sealed file and report.
+"""A run of many steps: time, bytes and memory per step, from the plan to the report.
 
-A sweep of a press that does nothing but remember, half of its steps a set-point and half a reading
-with a limit, as `setpoints` has it. The whole run is a process of its own: it is planned, done,
-analysed, sealed and reported; imports are not counted. The floor writes a line of csv for each step
-and flushes it. Memory is the most that the process had resident (VmHWM of Linux, which begins again
-with each program; `ru_maxrss` begins with that of the parent), less that after its imports. Time is
-that of the processor.
+A sweep of a press that only remembers its set-point; half of its steps set it, and half read with a
+limit, as in `setpoints`. The whole run is a separate process: it is planned, done, analysed, sealed
+and reported; imports are not counted. The floor writes a line of csv for each step and flushes it.
+Memory is the peak resident memory of the process (VmHWM of Linux, which starts anew with each
+program; `ru_maxrss` includes that of the parent), less that after its imports. Time is processor
+time.
 
 A plan has 100,000 actions at most, so that 99,980 steps stand for 10^5, and 10^6 are refused.
 """
@@ -37,8 +37,8 @@ if TYPE_CHECKING:
 MICRO, KILO = 1e6, 1e3
 TIME = "the record is written to the file as JSON, and read twice: for the analysis and the report"
 MEMORY = "the steps of the plan and the rows of the result are held"
-MOST = 10_000
-"""Steps of one pass; of more there are several passes."""
+MAX_STEPS = 10_000
+"""Steps of one pass; more steps take several passes."""
 
 
 def measure(scale: Scale) -> list[Figure]:
@@ -50,10 +50,10 @@ def measure(scale: Scale) -> list[Figure]:
         turns = []
         for _ in range(scale.of(3, 1)):
             lines_s.append(csv_line_s(scale.of(200_000, 2000)))
-            turns.append((lines_s[-1], in_process(steps)))
+            turns.append((lines_s[-1], run_in_process(steps)))
         each_s = [measured["processor_s"] / steps for _, measured in turns]
         to_line = [step_s / line for step_s, (line, _) in zip(each_s, turns, strict=True)]
-        memory[steps] = Spread.of([measured["held_kb"] / KILO for _, measured in turns])
+        memory[steps] = Spread.of([measured["memory_kb"] / KILO for _, measured in turns])
         bytes_each = Spread.of([measured["bytes"] / steps for _, measured in turns])
         figures += [
             Figure(f"whole run of {steps:,} steps, a step",
@@ -73,20 +73,20 @@ def measure(scale: Scale) -> list[Figure]:
 
 
 def csv_line_s(lines: int) -> float:
-    """Return the processor time of a line of csv that is flushed."""
+    """Return the processor time of a flushed line of csv."""
     with (
         tempfile.TemporaryDirectory() as folder,
         (Path(folder) / "lines").open("w", encoding="utf-8", newline="") as file,
     ):
-        keep, began = csv.writer(file).writerow, time.process_time()
+        write_row, began_s = csv.writer(file).writerow, time.process_time()
         for number in range(lines):
-            keep((1e-3 * number, 1e-6 * number, True))
+            write_row((1e-3 * number, 1e-6 * number, True))
             file.flush()
-        return (time.process_time() - began) / lines
+        return (time.process_time() - began_s) / lines
 
 
-def in_process(steps: int) -> dict[str, float]:
-    """Return what a run of so many steps takes in a process of its own."""
+def run_in_process(steps: int) -> dict[str, float]:
+    """Measure a run of this number of steps in a separate process."""
     command = [sys.executable, "-m", "benchmarks.many_steps", str(steps)]
     tests = Path(__file__).resolve().parents[1]
     process = subprocess.run(command, cwd=tests, capture_output=True, text=True, check=True)
@@ -95,8 +95,8 @@ def in_process(steps: int) -> dict[str, float]:
 
 
 def whole_run(folder: Path, steps: int) -> FinishedRun:
-    """Plan, do, analyse, seal and report a run of so many steps."""
-    times = -(-steps // MOST)
+    """Plan, do, analyse, seal and report a run of this number of steps."""
+    times = -(-steps // MAX_STEPS)
     files = lab_of(folder / "lab", steps // times // 2, sweep=True, times=times)
     finished = execute(
         plan_run(*files, load_registry(), WallClock()),
@@ -110,8 +110,8 @@ def whole_run(folder: Path, steps: int) -> FinishedRun:
     return finished
 
 
-def held_kb() -> int:
-    """Return the most that this process had resident, in kB."""
+def peak_kb() -> int:
+    """Return the peak resident memory of this process in kB."""
     status = Path("/proc/self/status").read_text(encoding="ascii")
     return int(re.search(r"VmHWM:\s+(\d+) kB", status)[1])
 
@@ -121,17 +121,17 @@ def bytes_of(finished: FinishedRun) -> int:
 
 
 def work() -> list[Work]:
-    """Count the work of one more step: of many, less what few take."""
-    counted(100)  # what is allocated but once: modules, caches
-    few, many = counted(1000), counted(3000)
+    """Count the work per further step: the difference between many and few steps."""
+    count_work(100)  # allocates modules and caches
+    few, many = count_work(1000), count_work(3000)
     return [
         Work("bytes of run.h5 for a step", (many[0] - few[0]) / 2000, 350),
         Work("bytes of memory for a step", (many[1] - few[1]) / 2000, 2_500),
     ]
 
 
-def counted(steps: int) -> tuple[int, int]:
-    """Return the bytes of the file of a run of so many steps, and the most of its memory."""
+def count_work(steps: int) -> tuple[int, int]:
+    """Return the size of the file of a run, and its peak memory, in bytes."""
     finished: list[FinishedRun] = []
     with tempfile.TemporaryDirectory() as folder:
         peak = allocated_peak(lambda: finished.append(whole_run(Path(folder), steps)))
@@ -141,11 +141,11 @@ def counted(steps: int) -> tuple[int, int]:
 def main() -> None:
     load_registry()
     with tempfile.TemporaryDirectory() as folder:
-        before_kb, began = held_kb(), time.process_time()
+        before_kb, began_s = peak_kb(), time.process_time()
         finished = whole_run(Path(folder), int(sys.argv[1]))
         measured = {
-            "processor_s": time.process_time() - began,
-            "held_kb": held_kb() - before_kb,
+            "processor_s": time.process_time() - began_s,
+            "memory_kb": peak_kb() - before_kb,
             "bytes": bytes_of(finished),
         }
     sys.stdout.write(f"{json.dumps(measured)}\n")

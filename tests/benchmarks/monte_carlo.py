@@ -1,11 +1,11 @@
 """Monte Carlo: trials of a measurement equation, and draws of the recorded data.
 
 A million trials by the adaptive procedure (JCGM 101), in blocks, with mean, standard uncertainty
-and both coverage intervals at the end. The floor draws the same random numbers in the same blocks,
-and does nothing with them. The first equation has four correlated Gaussian inputs; the other is
-that of the demonstration's result, the mean of twelve set-points. A draw of the pipeline perturbs
-the demonstration's cycles and its rig, and compensates them again; it is held against one analysis
-of both its runs, reading them not included.
+and both coverage intervals at the end. The floor only draws the same random numbers in the same
+blocks. The first equation has four correlated Gaussian inputs; the other is that of the
+demonstration's result, the mean of twelve set-points. A draw of the pipeline perturbs the cycles of
+the demonstration and its rig, and compensates them again; its floor is one analysis of both runs,
+without reading them.
 """
 
 from __future__ import annotations
@@ -53,7 +53,7 @@ NAMES = "abcd"
 CORRELATION = np.array(
     [[1.0, 0.5, 0.2, 0.0], [0.5, 1.0, 0.3, 0.1], [0.2, 0.3, 1.0, 0.4], [0.0, 0.1, 0.4, 1.0]]
 )
-HALF, MOST = at_least(0.5), at_least(0.8)
+HALF, FOUR_FIFTHS = at_least(0.5), at_least(0.8)
 LIMIT = "the equation and its correlations, then the values of both intervals"
 
 
@@ -66,22 +66,22 @@ def trials(model: MeasurementModel, count: int) -> None:
     propagate(output_of(model), Adaptive(least_trials=count, most_trials=count))
 
 
-def numbers(draws: list[Callable[[Generator], object]], count: int) -> None:
-    """Draw what the trials need, in their blocks, and forget it."""
+def draw_numbers(draws: list[Callable[[Generator], object]], count: int) -> None:
+    """Draw the random numbers of the trials, in the same blocks."""
     for block in range(count // BLOCK):
         rng = np.random.default_rng(np.random.SeedSequence(1, spawn_key=(block,)))
         for draw in draws:
             draw(rng)
 
 
-def needed(model: MeasurementModel) -> list[Callable[[Generator], object]]:
-    """Return the bare calls of numpy's generator that the inputs of a model need."""
-    alone, together = _grouped_inputs(model)
-    joint = (_joint(distribution, len(group)) for group, distribution in together)
-    return [*map(_alone, alone), *joint]
+def generator_calls(model: MeasurementModel) -> list[Callable[[Generator], object]]:
+    """Return the calls of numpy's generator for the inputs of a model."""
+    independent, groups = _grouped_inputs(model)
+    joint = (_joint(distribution, len(group)) for group, distribution in groups)
+    return [*map(_independent, independent), *joint]
 
 
-def _alone(quantity: Input) -> Callable[[Generator], object]:
+def _independent(quantity: Input) -> Callable[[Generator], object]:
     if quantity.distribution == "rectangular":
         return lambda rng: rng.uniform(-1, 1, BLOCK)
     if quantity.dof == inf:
@@ -96,8 +96,8 @@ def _joint(distribution: Distribution, size: int) -> Callable[[Generator], objec
     return lambda rng: rng.standard_normal((BLOCK, size))
 
 
-def straight(count: int) -> None:
-    """Do what a short script does: all trials at once, Cholesky, quantiles."""
+def simple_script(count: int) -> None:
+    """Do all trials at once, as a short script would: Cholesky, quantiles."""
     rng = np.random.default_rng(1)
     factor = np.linalg.cholesky(CORRELATION * 0.01**2)
     a, b, c, d = ([1.0, 2.0, 3.0, 4.0] + rng.standard_normal((count, 4)) @ factor.T).T
@@ -107,7 +107,7 @@ def straight(count: int) -> None:
 
 @dataclass(frozen=True)
 class Demo:
-    """The demonstration's loaded run, read, and what the analysis made of it."""
+    """The loaded run of the demonstration, and its result."""
 
     stored: StoredRun
     result: Result
@@ -150,12 +150,12 @@ def demo() -> Demo:
 
 def measure(scale: Scale) -> list[Figure]:
     count, times = scale.of(TRIALS, 2 * BLOCK), scale.of(15, 1)
-    few = rates("4 correlated inputs", four_correlated(), count, times, MOST)
-    figures = [*few, plain(count, times)]
-    return figures if scale.short else [*figures, *of_the_demonstration(demo(), count)]
+    correlated = rates("4 correlated inputs", four_correlated(), count, times, FOUR_FIFTHS)
+    figures = [*correlated, plain(count, times)]
+    return figures if scale.short else [*figures, *demonstration_figures(demo(), count)]
 
 
-def of_the_demonstration(demonstration: Demo, count: int, times: int = 7) -> list[Figure]:
+def demonstration_figures(demonstration: Demo, count: int, times: int = 7) -> list[Figure]:
     equation = rates("the demonstration's equation", demonstration.model, count, times)
     return [*equation, *pipeline(demonstration, times)]
 
@@ -163,7 +163,9 @@ def of_the_demonstration(demonstration: Demo, count: int, times: int = 7) -> lis
 def rates(
     what: str, model: MeasurementModel, count: int, times: int, target: Target = HALF
 ) -> list[Figure]:
-    pair = paired(partial(trials, model, count), partial(numbers, needed(model), count), times)
+    pair = paired(
+        partial(trials, model, count), partial(draw_numbers, generator_calls(model), count), times
+    )
     label, unit = f"{what} ({len(model.inputs)})", "M trials/s"
     return [
         Figure(f"random numbers of {label}", pair.floor.rate(count / MEGA), unit, "floor"),
@@ -180,7 +182,7 @@ def rates(
 
 def plain(count: int, times: int) -> Figure:
     model = four_correlated()
-    pair = paired(partial(trials, model, count), partial(straight, count), times)
+    pair = paired(partial(trials, model, count), partial(simple_script, count), times)
     note = "ratio: ours against it; one interval, no blocks, no check that it settled"
     rate = pair.floor.rate(count / MEGA)
     return Figure("plain numpy, all at once", rate, "M trials/s", "peer", pair.speed, note=note)

@@ -1,4 +1,4 @@
-"""The tables in a file: a new one, or a page that has two marks, between which they stand."""
+"""Writes the tables to a new file, or between the two marks of a page."""
 
 from __future__ import annotations
 
@@ -15,16 +15,18 @@ HEADING = re.compile(r"^## (.+)\n\n", re.MULTILINE)
 
 
 def write(path: Path, head: str, sections: Mapping[str, str], order: Sequence[str]) -> None:
-    """Write the sections, by name in the order given; a page keeps those not measured now."""
+    """Write the sections in this order; a page keeps sections that were not measured now."""
     text = path.read_text(encoding="utf-8") if path.exists() else ""
     before, begin, tables_on = text.partition(f"{BEGIN}\n")
     old, end, after = tables_on.partition(END)
-    page = bool(begin and end)
-    earlier = dict.fromkeys(order, LATER) | stored(old) if page else {}
+    is_page = bool(begin and end)
+    earlier = dict.fromkeys(order, LATER) | stored(old) if is_page else {}
     merged = {**earlier, **sections}
     parts = [head, *(f"## {name}\n\n{merged[name]}" for name in order if name in merged)]
     tables = "\n\n".join(parts) + "\n"
-    path.write_text(f"{before}{BEGIN}\n{tables}{END}{after}" if page else tables, encoding="utf-8")
+    path.write_text(
+        f"{before}{BEGIN}\n{tables}{END}{after}" if is_page else tables, encoding="utf-8"
+    )
 
 
 def stored(tables: str) -> dict[str, str]:

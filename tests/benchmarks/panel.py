@@ -1,11 +1,11 @@
-"""How soon the panel stops a rig and shows a sample, and what it keeps: see docs/evidence/panel.md.
+"""Delays of the panel for STOP and samples, and its memory: see docs/evidence/panel.md.
 
     python tests/benchmarks/panel.py stop [times] | frames | memory [hours] | hours [hours]
 
 Not a test: it takes minutes, of real time. `stop` and `frames` serve a panel and run the shipped
 procedure on the simulated station in real time; `memory` feeds the server's part of a panel with
-as many blocks as so many hours make; `hours` does a run of so many hours in simulated time, which
-needs 0.3 GB of disk for each.
+the blocks of some hours; `hours` does a run of some hours in simulated time, which needs 0.3 GB of
+disk per hour.
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ LOADED = "starting_torque_1000n.yaml"
 
 
 def tell(text):
-    """Print a line at once."""
+    """Print and flush a line."""
     sys.stdout.write(f"{text}\n")
     sys.stdout.flush()
 
@@ -57,7 +57,7 @@ def started(screen):
 
 
 def stop(times):
-    """Stop runs after a random time; print what each part took, in milliseconds."""
+    """Stop runs after a random time; print the time of each part in milliseconds."""
     rows = []
     with tempfile.TemporaryDirectory() as tmp, served(lab(Path(tmp)), Path(tmp) / "runs") as panel:
         screen = Screen(panel, "client-bench-1")
@@ -65,14 +65,14 @@ def stop(times):
             started(screen)
             time.sleep(random.uniform(0.0, 8.0))  # noqa: S311  (no secret)
             step = screen.events[-1]["text"].split(":")[0].split(".")[-1]
-            asked_s = time.time()
+            posted_s = time.time()
             screen.post("stop")
             answered_s = time.time()
             screen.phase("finished")
             events = [entry["event"] for entry in screen.events[::-1]]
             at = {event.get("action", event["event"]): seconds(event["utc"]) for event in events}
             moments_s = (answered_s, at["abort"], at["MadeSafe"])
-            rows.append([1e3 * (moment_s - asked_s) for moment_s in moments_s])
+            rows.append([1e3 * (moment_s - posted_s) for moment_s in moments_s])
             tell(f"{step:10}" + "".join(f"{duration_ms:9.1f}" for duration_ms in rows[-1]))
         screen.close()
     columns = zip(*rows, strict=True)
@@ -86,9 +86,9 @@ def seconds(utc):
 
 
 def frames():
-    """Print the rate of swing frames, and how old their last sample is when they arrive."""
+    """Print the rate of swing frames, and the age of their last sample on arrival."""
     with tempfile.TemporaryDirectory() as tmp, served(lab(Path(tmp)), Path(tmp) / "runs") as panel:
-        screen, seen = Screen(panel, "client-bench-1"), {}
+        screen, arrivals = Screen(panel, "client-bench-1"), {}
         take = screen._take
 
         def timed(message):
@@ -96,13 +96,14 @@ def frames():
             if isinstance(message, bytes) and screen.frames[-1][0]["kind"] == "curve":
                 header, _ = screen.frames[-1]
                 now = time.monotonic()
-                seen.setdefault(header["recording"], []).append((now, now - header["monotonic_s"]))
+                age_s = now - header["monotonic_s"]
+                arrivals.setdefault(header["recording"], []).append((now, age_s))
 
         screen._take = timed
         started(screen)
         screen.phase("finished")
         screen.close()
-    for recording, times in seen.items():
+    for recording, times in arrivals.items():
         arrived, ages = np.array(times).T
         rate = (len(arrived) - 1) / np.ptp(arrived)
         tell(f"{recording:10} {rate:5.1f} swings/s shown; age at arrival median"
@@ -118,7 +119,7 @@ class _NoLinks:
 
 
 def memory(hours):
-    """Feed a story with blocks of 0.1 s at 10 kHz, three channels; print the memory as it goes."""
+    """Feed a story with blocks of 0.1 s at 10 kHz, three channels; print its memory hourly."""
     steps = tuple(
         StepView(index=i, path=f"main[{i}]", phase="main", action="record", text="", point=str(i),
                  estimated_s=60.0)
@@ -149,9 +150,9 @@ def memory(hours):
             board.delta()
         story.take(StepEnded(seq=2 * i + 2, ok=True, **step, **times))
         if (i + 1) % 60 == 0:
-            passed = time.monotonic() - began_s
+            wall_s = time.monotonic() - began_s
             size = len(board.state("x"))
-            tell(f"{(i + 1) // 60} h: {resident_mb():6.1f} MB, state {size} bytes, {passed:.0f} s")
+            tell(f"{(i + 1) // 60} h: {resident_mb():6.1f} MB, state {size} bytes, {wall_s:.0f} s")
 
 
 LONGEST_S = 600.0
@@ -172,7 +173,7 @@ main:
 
 
 def hours(number):
-    """Do a run of so many hours, 10 kHz and three channels; print the memory of both processes."""
+    """Do a run of some hours, 10 kHz and three channels; print the memory of both processes."""
     with tempfile.TemporaryDirectory() as name:
         text = LONG.replace("TIMES", str(60 * number))
         (Path(name) / "long.yaml").write_text(text, encoding="utf-8")
@@ -196,7 +197,7 @@ def hours(number):
 
 
 def resident_mb(pid="self"):
-    """Return the memory of a process."""
+    """Return the resident memory of a process in MB."""
     text = Path(f"/proc/{pid}/status").read_text(encoding="utf-8")
     line = next(line for line in text.splitlines() if line.startswith("VmRSS"))
     return int(line.split()[1]) / 1024

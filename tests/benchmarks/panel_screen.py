@@ -1,11 +1,12 @@
-"""How smooth and how late the panel is in a real browser: see docs/evidence/panel.md.
+"""Frame rate and delay of the panel in a real browser: see docs/evidence/panel.md.
 
     python tests/benchmarks/panel_screen.py [PICTURE]
 
 Not a test: it takes three minutes, of real time. It serves a panel, runs the shipped procedure on
-the simulated station in real time in a headless Chromium, and notes in the page when the curve of
-each swing is drawn, and at the end when STOP is clicked. The clocks of the rig and of the browser
-are both the machine's monotonic one; the offset between them is measured. PICTURE gets a picture.
+the simulated station in real time in a headless Chromium, and records in the page when the curve
+of each swing is drawn, and when STOP is clicked at the end. The clocks of the rig and of the
+browser are both the machine's monotonic one; the offset between them is measured. PICTURE is the
+file of a screenshot.
 """
 
 from __future__ import annotations
@@ -26,13 +27,13 @@ from benchmarks.panel import tell
 from e2e.panel.helpers_screen import Screen, browser_path, running_panel
 from helpers_cli import call
 
-# uPlot clears the canvas each time it draws; the newest swing is then the one that came last
+# uPlot clears the canvas before it draws, with the swing that arrived last
 PROBE = """
 (() => {
-  const noted = [];
+  const drawings = [];
   let newest = null;
   let clicked = 0;
-  window.probe = { noted, clicked: () => clicked };
+  window.probe = { drawings, clicked: () => clicked };
   const Real = window.WebSocket;
   window.WebSocket = class extends Real {
     constructor(...words) {
@@ -49,7 +50,7 @@ PROBE = """
   CanvasRenderingContext2D.prototype.clearRect = function (...box) {
     if (newest && this.canvas.closest('.plot-curve')) {
       const { recording, monotonic_s } = newest;
-      noted.push([recording, monotonic_s, performance.now()]);
+      drawings.push([recording, monotonic_s, performance.now()]);
       newest = null;
     }
     return clear.apply(this, box);
@@ -60,12 +61,12 @@ PROBE = """
 })();
 """
 RIG = "simulated"
-PICTURED = "at 5 Hz"
+SCREENSHOT_AT = "at 5 Hz"
 LAST = "at 35 Hz"
 
 
 def offset_s(page):
-    """Return what to add to the page's clock to get the rig's, the best of ten tries."""
+    """Return the offset of the rig's clock to the page's, the best of ten tries."""
     tries = []
     for _ in range(10):
         before = time.monotonic()
@@ -76,7 +77,7 @@ def offset_s(page):
 
 
 def run(folder, picture):
-    """Do a run and print what was noted in it."""
+    """Do a run and print the rate and the delays."""
     call("run", "no_load_inertia_sweep", "--station", RIG, "--unattended",
          "--runs", folder / "runs")  # fmt: skip
     served = running_panel(folder, options=("--station", RIG))
@@ -92,21 +93,21 @@ def run(folder, picture):
         screen.check_rig()
         screen.start()
         step = page.locator(".step.running")
-        step.filter(has_text=f"cycles {PICTURED}").wait_for(timeout=400_000)
+        step.filter(has_text=f"cycles {SCREENSHOT_AT}").wait_for(timeout=400_000)
         page.wait_for_timeout(5200)
         if picture:
             page.screenshot(path=picture)
         step.filter(has_text=f"cycles {LAST}").wait_for(timeout=400_000)
         page.wait_for_timeout(800)
         offset = offset_s(page)
-        noted = page.evaluate("() => probe.noted")
+        drawings = page.evaluate("() => probe.drawings")
         page.locator(".stop").click()
         screen.wait_for_result()
         clicked = page.evaluate("() => probe.clicked()") / 1000
         events = [item["event"] for item in panel.get("events", RIG)["items"]]
         browser.close()
     drawn = defaultdict(list)
-    for recording, ended_s, now_ms in noted:
+    for recording, ended_s, now_ms in drawings:
         drawn[recording].append((now_ms / 1000 + offset, now_ms / 1000 + offset - ended_s))
     for recording, times in drawn.items():
         drawn_s, ages = np.array(times).T

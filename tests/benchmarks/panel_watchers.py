@@ -1,12 +1,12 @@
-"""What many screens cost the panel while rigs record: see docs/evidence/panel.md.
+"""Load of the panel by many screens while rigs record: see docs/evidence/panel.md.
 
     python tests/benchmarks/panel_watchers.py [values | two] [seconds]
 
 Not a test: it takes a minute of real time, or two. A panel is served with two rigs, each with a
 process of its own. A Chromium and 49 WebSocket clients watch one of them: with `values` it reads
 200 channels at 10 Hz and waits at a question, while the other one records 4 channels at 100 kS/s;
-with `two` both record so, and 25 clients watch each. What is said of the panel is the processor
-time of its own process over the time on the wall; the device says how many samples it made.
+with `two` both record, and 25 clients watch each. The load of the panel is the processor time of
+its process over the time by the clock; the device reports how many samples it made.
 """
 
 from __future__ import annotations
@@ -121,14 +121,14 @@ def cpu_s(pid):
 
 
 def start(screen, procedure, station):
-    """Start a run, and wait until it is where it will be."""
+    """Start a run, and wait for its question or its recording."""
     pair = ready(screen, procedure, station)
     screen.post("run/start", 202, **pair, inputs={})
     screen.until(lambda state: state["prompt"] or (state["progress"] or {}).get("recording"))
 
 
 def finish(screen):
-    """Wait for the end; return the samples made, those kept in each channel, and the delay."""
+    """Wait for the end; return the samples made, those stored per channel, and the delay."""
     finished = screen.until(lambda state: state["phase"] == "finished", 600)["finished"]
     assert finished["outcome"] == "completed", finished
     with h5py.File(Path(finished["folder"]) / "run.h5") as file:
@@ -139,10 +139,10 @@ def finish(screen):
         return produced, counts, float(group["conditions/tester_late"][()])
 
 
-def measured(what, seconds):
-    """Serve, watch, and print what it took."""
-    recording = ["fast.yaml", "other.yaml"] if what == "two" else ["fast.yaml"]
-    watched = recording if what == "two" else ["many.yaml"]
+def measure_load(mode, seconds):
+    """Serve the panel, watch it, and print its load."""
+    recording = ["fast.yaml", "other.yaml"] if mode == "two" else ["fast.yaml"]
+    watched = recording if mode == "two" else ["many.yaml"]
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
         runs = lab(folder, seconds)
@@ -157,7 +157,7 @@ def measured(what, seconds):
             flags = ["--no-sandbox", "--disable-gpu"]
             browser = playwright.chromium.launch(executable_path=browser_path(), args=flags)
             page = browser.new_page(viewport={"width": 1280, "height": 720})
-            if what == "values":
+            if mode == "values":
                 start(screens["many.yaml"], "wait.yaml", "many.yaml")
             page.goto(f"{server.address}/?rig={watched[0]}#/run")
             page.wait_for_selector("header .chip:not(.disconnected)")
@@ -180,7 +180,7 @@ def measured(what, seconds):
                 tell(f"  process of the {part}: {100 * (cpu_s(pid) - others[pid]) / took_s:.0f} %")
             updates = sorted(b - a for a, b in zip(before[1:], after[1:], strict=True))
             size = (after[0] - before[0]) / 1e6
-            tell(f"{what}: {took_s:.0f} s, the panel {100 * share:.1f} % of a core; updates of"
+            tell(f"{mode}: {took_s:.0f} s, the panel {100 * share:.1f} % of a core; updates of"
                  f" channels {updates[0]} to {updates[-1]} per client, {counted} in Chromium;"
                  f" {size:.0f} MB to the clients")  # fmt: skip
             browser.close()
@@ -196,5 +196,5 @@ def measured(what, seconds):
 
 
 if __name__ == "__main__":
-    words = sys.argv[1:] or ["values"]
-    measured(words[0], int((words[1:] or ["40"])[0]))
+    arguments = sys.argv[1:] or ["values"]
+    measure_load(arguments[0], int((arguments[1:] or ["40"])[0]))

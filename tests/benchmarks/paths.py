@@ -1,11 +1,11 @@
-"""Which functions a set-point, a block of samples and a verdict go through: counted, not read.
+"""Lists the functions that a set-point, a block of samples and a verdict call.
 
     python tests/benchmarks/paths.py            # a table, and below it each file with its functions
 
-What is called once more for each further point, or block, is on its path; on that of a verdict is
-what is called while `decide` is. Counted are functions and methods of the package `rigrunner`, of
-the sources that stand beside this file; with PYTHONPATH, of others: `runner`, `plugins`, `reports`
-and `tests` of another commit.
+Functions that are called once more for each further point or block are on its path; functions
+called by `decide` are on that of a verdict. Only functions and methods of the package `rigrunner`
+count, of the sources beside this file; or with PYTHONPATH, of other sources: `runner`, `plugins`,
+`reports` and `tests` of another commit.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-sys.path.append(str(Path(__file__).resolve().parent.parent))  # behind what PYTHONPATH names
+sys.path.append(str(Path(__file__).resolve().parent.parent))  # after PYTHONPATH
 
 import numpy as np
 
@@ -60,10 +60,10 @@ Calls = Counter["CodeType"]
 
 def main() -> None:
     paths = {
-        "a point of a sweep: set, read, compared, kept": of_a_point(sweep=True),
-        "a point of a scan: the same": of_a_point(),
-        "a block of samples: checked, kept": of_a_block(),
-        "a verdict: limits, rule, risks": of_a_verdict(),
+        "a point of a sweep: set, read, compared, kept": path_of_a_point(sweep=True),
+        "a point of a scan: the same": path_of_a_point(),
+        "a block of samples: checked, kept": path_of_a_block(),
+        "a verdict: limits, rule, risks": path_of_a_verdict(),
     }
     sys.stdout.write("| path | files | functions |\n|---|---|---|\n")
     for name, codes in paths.items():
@@ -82,12 +82,12 @@ def by_file(codes: set[CodeType]) -> dict[str, list[str]]:
     return files
 
 
-def of_a_point(**station: object) -> set[CodeType]:
-    few, many = counted(100, **station), counted(300, **station)
+def path_of_a_point(**station: object) -> set[CodeType]:
+    few, many = count_points(100, **station), count_points(300, **station)
     return {code for code in many if many[code] - few[code] >= 200}
 
 
-def counted(points: int, **station: object) -> Calls:
+def count_points(points: int, **station: object) -> Calls:
     with Bench(points, **station) as bench:
         bench.go()
         with counting() as calls:
@@ -95,13 +95,13 @@ def counted(points: int, **station: object) -> Calls:
     return calls
 
 
-def of_a_block() -> set[CodeType]:
-    short, long = recorded(10), recorded(40)
+def path_of_a_block() -> set[CodeType]:
+    short, long = count_recording(10), count_recording(40)
     (blocks,) = {long[code] - short[code] for code in long if code.co_name == "block_bytes"}
     return {code for code in long if long[code] - short[code] >= blocks}
 
 
-def recorded(seconds: int) -> Calls:
+def count_recording(seconds: int) -> Calls:
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
         procedure = folder / "procedure.yaml"
@@ -114,7 +114,7 @@ def recorded(seconds: int) -> Calls:
     return calls
 
 
-def of_a_verdict() -> set[CodeType]:
+def path_of_a_verdict() -> set[CodeType]:
     loaded, no_load = (
         run_of(*(recording(np.full(30, mean) + 1e-3 * hz, hz, load_n=load_n) for hz in FREQUENCIES))
         for mean, load_n in ((1.6, 1000.0), (0.9, 0.0))
@@ -126,7 +126,7 @@ def of_a_verdict() -> set[CodeType]:
 
 @contextmanager
 def counting(within: str = "") -> Iterator[Calls]:
-    """Count calls of our functions in this thread; `within` one of the analysis, if named."""
+    """Count calls of our functions in this thread, optionally only `within` one of the analysis."""
     calls: Calls = Counter()
     depth = 0
 

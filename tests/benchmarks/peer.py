@@ -1,4 +1,4 @@
-"""Other projects' programs, each measured by a script of its own in their environment."""
+"""Programs of other projects, each measured by a script in their environment."""
 
 from __future__ import annotations
 
@@ -13,12 +13,12 @@ PATIENCE_S = 600
 
 @dataclass(frozen=True)
 class Peers:
-    """An environment with the extra `peers`; without one, every peer is skipped with a word."""
+    """An environment with the extra `peers`; without one, every peer is skipped with a note."""
 
     python: Path | None = None
 
     def run(self, script: str, *arguments: object) -> tuple[list[float], str]:
-        """Return the numbers of the last line that the script prints, or none and why not."""
+        """Return the numbers of the last line that the script prints, or none and the reason."""
         if self.python is None or not self.python.exists():
             return [], "skipped: not installed"
         command = [self.python, "-E", SCRIPTS / f"{script}.py", *map(str, arguments)]
@@ -36,15 +36,15 @@ class Peers:
         return [float(value) for value in json.loads(process.stdout.strip().splitlines()[-1])], ""
 
     def versions(self, packages: list[str]) -> str:
-        """Return which of the packages the environment has, and of which version."""
+        """Return the installed packages with their versions."""
         if self.python is None or not self.python.exists():
             return "not installed"
-        ask = (
+        script = (
             "import importlib.metadata as m\n"
             "for name in {d.name.lower() for d in m.distributions()} & set("
             f"{packages!r}): print(name, m.version(name))"
         )
         process = subprocess.run(
-            [self.python, "-E", "-c", ask], capture_output=True, text=True, check=False
+            [self.python, "-E", "-c", script], capture_output=True, text=True, check=False
         )
         return ", ".join(sorted(process.stdout.splitlines())) or "none"

@@ -1,14 +1,14 @@
-"""The report of the demonstration, with all its plots: how long it takes, and how large it is.
+"""The report of the demonstration, with all its plots: its time, and its size.
 
-Cold: a fresh Python process from its start to its end, imports included, which is given a result
+Cold: a fresh Python process from its start to its end, including imports, which is given a result
 of the demonstration's size (twelve set-points, thirty swings each, three methods, six figures).
 Warm: once more in the same process. The command: `rigrunner report` of the demonstration's stored
 run, which reads the run, compares its digests and analyses it again before it draws. The floor is a
 fresh process that imports jinja2 and matplotlib, fills one table of 36 rows and saves one empty
 figure. The long run is hours at 10 kHz: 30,000 swings at each of twelve set-points.
 
-Our sources are compiled beforehand, as those of an installed package are, and as every Python does
-of its own accord unless its environment forbids it.
+Our sources are compiled beforehand, like those of an installed package. Python does that by default
+unless its environment forbids it.
 """
 
 from __future__ import annotations
@@ -89,7 +89,7 @@ def size(what: str, page: bytes) -> Figure:
 def command(times: int) -> Figure:
     with tempfile.TemporaryDirectory() as folder:
         fresh("-m", "rigrunner", "demo", "--dir", folder)
-        run = str(max(Path(folder).iterdir()))  # the later one, with the load
+        run = str(max(Path(folder).iterdir()))  # the later run, with load
         command = ("-m", "rigrunner", "report", run, "--out", f"{folder}/again.html")
         fresh(*command)
         spread = repeated(partial(fresh, *command), times)
@@ -112,17 +112,17 @@ def work() -> list[Work]:
 
 
 def drawings() -> int:
-    """Count how often a picture is drawn: to find the layout alone would be once more."""
-    drawn = 0
+    """Return how often a picture is drawn: once, not again for the layout."""
+    count = 0
     plot = draw(Picture("", "", (figures.Figure("", Axis("x"), Axis("y"), ()),)))
     patch = plot.figure.axes[0].patch
     original = patch.draw
 
-    def counted(renderer: object) -> None:
-        nonlocal drawn
-        drawn += 1
+    def count_draw(renderer: object) -> None:
+        nonlocal count
+        count += 1
         original(renderer)
 
-    patch.draw = counted  # type: ignore[method-assign]
+    patch.draw = count_draw  # type: ignore[method-assign]
     assert plot.svg
-    return drawn
+    return count

@@ -1,25 +1,25 @@
-"""What a set-point costs beside what its devices take: set, read, check a limit, keep.
+"""The time of a set-point beside that of its devices: set, read, check a limit, store.
 
-Microseconds for each of 2,000 points on a press that does nothing but remember: a procedure in
+Microseconds for each of 2,000 points on a press that only remembers its set-point: a procedure in
 YAML, planned, through engine, rig, bus and journal, with `run.log` as in every run; from the start
 of the first point to the end of the last. Between two points the run can be stopped or paused, and
 interlocks are read. The floor does the same to the same press and writes a line of csv, flushed: it
 survives kill -9, as ours does.
 
-A scan is one step: its start is on record before the drive is touched, and each point before the
-next one begins. In a sweep a point has steps of its own, here two, which may be any others: each of
-them is on record before it begins and after it has ended.
+A scan is one step: its start is recorded before the drive is touched, and each point before the
+next one begins. In a sweep a point has its own steps, here two, of any kind: each is recorded
+before it begins and after it has ended.
 
 Synced: each value is on the disk before the next point (`durability: {sync: each_measurement}`);
-the floor of that writes a line of JSON and waits for the disk. Through a thread: the press declares
-that it may block, so each call of it goes to a worker and has a time limit. Plan and seal: what
-comes before and after a sweep.
+its floor writes a line of JSON and waits for the disk. Through a thread: the press declares that it
+may block, so each call of it goes to a worker and has a time limit. Plan and seal: the work before
+and after a sweep.
 
-What the peers keep when they are killed by kill -9 is not the same: PyMeasure's thread, Bluesky's
-lines and QCoDeS where each point is flushed keep what was done; QCoDeS by itself writes every few
-seconds (killed after 1,500 points it had none), and OpenHTF at the end. PyMeasure sets, reads,
-compares and writes a row, and has neither a read-back of the drive nor limits of it, interlocks,
-pauses, times of its rows or checksums.
+The peers differ in what survives kill -9: PyMeasure's thread, Bluesky's lines and QCoDeS where each
+point is flushed keep all finished points; QCoDeS by itself writes every few seconds (killed after
+1,500 points it had none), and OpenHTF at the end. PyMeasure sets, reads, compares and writes a row,
+and has neither a read-back of the drive nor limits for it, interlocks, pauses, times of its rows or
+checksums.
 """
 
 from __future__ import annotations
@@ -67,9 +67,9 @@ if TYPE_CHECKING:
     from rigrunner.run.prepare import Planned
 
 MICRO = 1e6
-AS_LONG = 20
-"""Times the lines of csv, so that a turn of the floor takes as long as one of ours: what else the
-machine does then meets both alike."""
+CSV_FACTOR = 20
+"""Lines of csv per point, so that a turn of the floor takes as long as one of ours, and other load
+of the machine affects both alike."""
 LIMIT = "59 calls: an event is made, encoded, summed and written; set, read back, read, compared"
 SWEEP_LIMIT = "250 calls: four events are made, encoded, summed and written (decision 16)"
 PEER_LIMIT = "a read-back, limits of the drive, a date and time, a checksum, and who listens"
@@ -87,9 +87,9 @@ PEERS = {
 def measure(scale: Scale) -> list[Figure]:
     points, times = scale.of(2000, 200), scale.of(15, 3)
     few = max(points // 10, 20)
-    scan = kept(points, times)
-    durable, sweep = synced(few, times), kept(points, times, sweep=True)
-    slow, worked = synced(few, times, sweep=True), kept(points, times, blocking=True)
+    scan = flushed(points, times)
+    durable, sweep = synced(few, times), flushed(points, times, sweep=True)
+    slow, worked = synced(few, times, sweep=True), flushed(points, times, blocking=True)
     bare, disk = scan.floor.per(1 / MICRO), durable.floor.per(1 / MICRO)
     disk_note = f"the disk: {durable.ratio.median:.2f} x a synced line of JSON"
     thread_note = f"{worked.ratio.median / scan.ratio.median:.1f} x inline: two changes of threads"
@@ -107,9 +107,9 @@ def measure(scale: Scale) -> list[Figure]:
     ]
 
 
-def kept(points: int, times: int, **lab: object) -> Pair:
+def flushed(points: int, times: int, **lab: object) -> Pair:
     with Bench(points, **lab) as bench:
-        return turns(bench, csv_lines, AS_LONG, times)
+        return turns(bench, csv_lines, CSV_FACTOR, times)
 
 
 def synced(points: int, times: int, **lab: object) -> Pair:
@@ -118,13 +118,13 @@ def synced(points: int, times: int, **lab: object) -> Pair:
 
 
 def on_disk(what: str, pair: Pair, bare: Spread, target: Target | None, note: str) -> Figure:
-    """Return a figure whose ratio is that to a line that is flushed and not synced."""
+    """Return a figure with the ratio to a line that is flushed but not synced."""
     value = pair.ours.per(1 / MICRO)
     return Figure(what, value, "us", ratio=value.per(bare.median), target=target, note=note)
 
 
 def against(way: str, what: str, scale: Scale, points: int) -> Figure:
-    """Return a figure whose ratio is that to a peer, which takes turns with ours."""
+    """Return a figure with the ratio to a peer, measured in turn with ours."""
     values, ratios = [], []
     with Bench(points) as bench:
         bench.run()
@@ -144,17 +144,17 @@ def ours(what: str, pair: Pair, target: Target | None, note: str) -> Figure:
 
 
 def around(points: int, times: int) -> list[Figure]:
-    """Measure what a run of so many points costs before its first and after its last."""
-    planned, sealed = [], []
+    """Measure the time of a run before its first point and after its last."""
+    plan_s, seal_s = [], []
     for _ in range(times):
         with Bench(points, sweep=True) as bench:
-            planned.append(bench.planned_s)
+            plan_s.append(bench.planned_s)
             bench.go()
-            sealed.append(seconds(bench.writer.seal))
+            seal_s.append(seconds(bench.writer.seal))
     by_point = points / MICRO
     return [
-        Figure("plan of a sweep, before the run", Spread.of(planned).per(by_point), "us"),
-        Figure("seal of a sweep, after the run", Spread.of(sealed).per(by_point), "us"),
+        Figure("plan of a sweep, before the run", Spread.of(plan_s).per(by_point), "us"),
+        Figure("seal of a sweep, after the run", Spread.of(seal_s).per(by_point), "us"),
     ]
 
 
@@ -166,34 +166,34 @@ def peer_figure(
         return peer(scale, what, "setpoints", *arguments, unit="us", floor=floor)
 
 
-def turns(bench: Bench, floor: Callable[[int], float], longer: int, times: int) -> Pair:
-    """Measure seconds a point, in turn; the floor does so many times the points in a turn."""
-    points, lines = bench.points, longer * bench.points
+def turns(bench: Bench, floor: Callable[[int], float], factor: int, times: int) -> Pair:
+    """Measure seconds per point in turn; the floor does `factor` times the points."""
+    points, lines = bench.points, factor * bench.points
     bench.run(), floor(lines)
     return pair_of((bench.run() / points, floor(lines) / lines) for _ in range(times))
 
 
 class Bench:
-    """Points that are planned once and run into a new folder each time."""
+    """Points that are planned once, and run into a new folder each time."""
 
     def __init__(self, points: int, **station: object) -> None:
-        self._place = tempfile.TemporaryDirectory()
-        self._folder = Path(self._place.name)
+        self._temporary = tempfile.TemporaryDirectory()
+        self._folder = Path(self._temporary.name)
         self._runs = 0
         self.points = points
         procedure, station_file = lab_of(self._folder / "lab", points, **station)
         registry = load_registry()
-        began = time.perf_counter()
+        began_s = time.perf_counter()
         self._planned: Planned = plan_run(procedure, station_file, registry, WallClock())
         self._header = header_of(self._planned, "run", {})
-        self.planned_s = time.perf_counter() - began
+        self.planned_s = time.perf_counter() - began_s
         self.writer: RunWriter | None = None
 
     def __enter__(self) -> Self:
         return self
 
     def __exit__(self, *_: object) -> None:
-        self._place.cleanup()
+        self._temporary.cleanup()
 
     def run(self) -> float:
         """Return the seconds from the start of the first point to the end of the last."""
@@ -219,7 +219,7 @@ class Bench:
 
 
 class Press:
-    """The press of the floors, as the bench's is."""
+    """The press of the floors, like that of the bench."""
 
     def __init__(self) -> None:
         self._load_n = 0.0
@@ -233,12 +233,12 @@ class Press:
 
 def csv_lines(points: int) -> float:
     with lines() as file:
-        press, keep = Press(), csv.writer(file).writerow
+        press, write_row = Press(), csv.writer(file).writerow
         began = time.perf_counter()
         for load_n in loads_n(points):
             press.set(load_n)
             torque_nm = press.read()
-            keep((load_n, torque_nm, torque_nm <= LIMIT_NM))
+            write_row((load_n, torque_nm, torque_nm <= LIMIT_NM))
             file.flush()
         return time.perf_counter() - began
 
@@ -267,7 +267,7 @@ def lines() -> Iterator[object]:
 
 
 def work() -> list[Work]:
-    """Count the work of one more point: of many, less what few take."""
+    """Count the work per further point: the difference between many and few points."""
     scan, threaded = each_point(), each_point(blocking=True)
     sweep, sweep_synced = each_point(sweep=True), each_point(sweep=True, sync="each_measurement")
     synced = each_point(sync="each_measurement")
@@ -287,19 +287,19 @@ def work() -> list[Work]:
 
 
 def each_point(**station: object) -> dict[str, float]:
-    few, many = counted(100, **station), counted(300, **station)
+    few, many = count_work(100, **station), count_work(300, **station)
     return {what: (many[what] - few[what]) / 200 for what in many}
 
 
-def counted(points: int, **station: object) -> Counter[str]:
-    """Count calls of functions, writes past all buffers, and syncs, in the thread of the run."""
+def count_work(points: int, **station: object) -> Counter[str]:
+    """Count calls of functions, unbuffered writes and syncs in the thread of the run."""
     counts: Counter[str] = Counter()
 
     def count_call(_frame: object, event: str, what: object) -> None:
         if event in ("call", "c_call"):
             counts["calls"] += 1
         if event == "c_call" and (what is os.fsync or isinstance(what.__self__, io.FileIO)):
-            # Tests have another one, so as not to wait for the disk.
+            # Tests replace os.fsync, so as not to wait for the disk.
             counts["fsync" if what is os.fsync else what.__name__] += 1
 
     with Bench(points, **station) as bench:

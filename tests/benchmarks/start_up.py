@@ -1,7 +1,7 @@
-"""How long a person waits for a word: a fresh process, from its start to its end.
+"""The time until a command answers: a fresh process, from its start to its end.
 
-The floor is a program of five commands in click that does nothing else. Both are started as the
-script is that pip installs, and from compiled code: where Python is told to write none
+The floor is a program of five commands in click that does nothing else. Both are started like the
+script that pip installs, and from compiled code: if Python is told to write none
 (PYTHONDONTWRITEBYTECODE), every start compiles our sources again, a fifth of the time of `check`.
 """
 
@@ -43,10 +43,10 @@ COUNT = """
 import sys
 from rigrunner.cli.main import main
 calls = 0
-def heard(_frame, event, _what):
+def count(_frame, event, _what):
     global calls
     calls += event in ("call", "c_call")
-sys.setprofile(heard)
+sys.setprofile(count)
 main(sys.argv[1:])
 sys.setprofile(None)
 print(f"[{len(sys.modules)}, {calls}]")
@@ -57,25 +57,25 @@ def measure(scale: Scale) -> list[Figure]:
     times = scale.of(40, 1)
     figures: list[Figure] = []
     floor = partial(fresh, "-c", BARE, "--help")
-    for words, (target, limit) in COMMANDS.items():
-        pair = paired(partial(fresh, "-c", OURS, *words.split()), floor, times)
+    for args, (target, limit) in COMMANDS.items():
+        pair = paired(partial(fresh, "-c", OURS, *args.split()), floor, times)
         if not figures:
             bare = pair.floor
             figures.append(Figure("click --help", bare.per(MS), "ms", "floor"))
         ours = pair.ours.per(MS)
-        figures.append(Figure(f"rigrunner {words}", ours, "ms", "ours", pair.ratio, target, limit))
+        figures.append(Figure(f"rigrunner {args}", ours, "ms", "ours", pair.ratio, target, limit))
     for module in ("pytest", "robot"):
-        words = ("start_up", module, scale.of(20, 3))
-        figures.append(peer(scale, f"{module} --help", *words, unit="ms", floor=bare.per(MS)))
+        script = ("start_up", module, scale.of(20, 3))
+        figures.append(peer(scale, f"{module} --help", *script, unit="ms", floor=bare.per(MS)))
     return figures
 
 
 def work() -> list[Work]:
-    for words in (["--help"], ["check", "starting_torque_1000n"]):
-        fresh("-c", COUNT, *words)  # compiles, and remembers what is installed
+    for arguments in (["--help"], ["check", "starting_torque_1000n"]):
+        fresh("-c", COUNT, *arguments)  # compiles, and caches the installed packages
     of_help, of_check = (
-        json.loads(fresh("-c", COUNT, *words).splitlines()[-1])
-        for words in (["--help"], ["check", "starting_torque_1000n"])
+        json.loads(fresh("-c", COUNT, *arguments).splitlines()[-1])
+        for arguments in (["--help"], ["check", "starting_torque_1000n"])
     )
     return [
         Work("modules of --help", of_help[0], 220),

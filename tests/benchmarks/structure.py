@@ -1,11 +1,11 @@
-"""Measures of how a package is built, for comparison with others: counted from its source.
+"""Measures of the structure of a package, counted from its source, to compare packages.
 
     python tests/benchmarks/structure.py FOLDER [FOLDER ...]
 
-Of each folder with Python files it prints a row of a Markdown table:
+It prints a row of a Markdown table for each folder with Python files:
 
 - lines and files;
-- the share of functions and methods that are private (`_name`) and used in one place alone;
+- the share of functions and methods that are private (`_name`) and used in only one place;
 - modules under 100 lines that only one module imports, a sibling in the same folder;
 - the share of lines that are imports, and that are comments.
 """
@@ -39,12 +39,12 @@ class Module:
 
     @cached_property
     def tree(self) -> ast.Module:
-        """Its syntax."""
+        """Its syntax tree."""
         return ast.parse(self.text)
 
     @property
     def lines(self) -> int:
-        """How many it has."""
+        """Number of lines."""
         return len(self.text.splitlines())
 
     @property
@@ -54,7 +54,7 @@ class Module:
 
     @cached_property
     def imported(self) -> set[str]:
-        """The dotted names that it imports, of modules and of what is in them."""
+        """The dotted names that it imports: modules and their members."""
         names: set[str] = set()
         for node in ast.walk(self.tree):
             if isinstance(node, ast.Import):
@@ -69,7 +69,7 @@ class Module:
 
     @property
     def import_lines(self) -> int:
-        """How many lines its import statements take."""
+        """Number of lines of import statements."""
         nodes = (
             node for node in ast.walk(self.tree) if isinstance(node, ast.Import | ast.ImportFrom)
         )
@@ -77,14 +77,14 @@ class Module:
 
     @property
     def comment_lines(self) -> int:
-        """How many lines have a comment for a reader; marks for tools are none."""
+        """Number of lines with a comment, except marks for tools."""
         tokens = tokenize.generate_tokens(io.StringIO(self.text).readline)
         comments = (token.string.lstrip("# ") for token in tokens if token.type == tokenize.COMMENT)
         return sum(not comment.startswith(("noqa", "type: ", "pragma")) for comment in comments)
 
     @property
     def functions(self) -> tuple[int, int]:
-        """Its functions and methods, and those of them that are private and used in one place."""
+        """Numbers of functions and methods, and of private ones used in only one place."""
         kinds = ast.FunctionDef | ast.AsyncFunctionDef
         names = [node.name for node in ast.walk(self.tree) if isinstance(node, kinds)]
         private = {name for name in names if name.startswith("_") and not name.startswith("__")}
@@ -101,14 +101,14 @@ def modules_of(folder: Path) -> list[Module]:
     modules = []
     for path in sorted(folder.rglob("*.py")):
         parts = path.relative_to(folder.parent).with_suffix("").parts
-        start = parts[-1] == "__init__"
-        name = ".".join(parts[:-1] if start else parts)
-        modules.append(Module(name, path.read_text(encoding="utf-8"), start))
+        is_package = parts[-1] == "__init__"
+        name = ".".join(parts[:-1] if is_package else parts)
+        modules.append(Module(name, path.read_text(encoding="utf-8"), is_package))
     return modules
 
 
 def for_one_sibling(modules: list[Module]) -> int:
-    """Return how many small modules are imported by one module alone, of the same folder."""
+    """Return the number of small modules imported by only one module, of the same folder."""
     importers: dict[str, list[Module]] = defaultdict(list)
     names = {module.name for module in modules}
     for module in modules:

@@ -1,4 +1,4 @@
-"""A run at 1 MS/s under the panel, watched from outside: memory, CPU, and what the screen shows."""
+"""A run at 1 MS/s under the panel, observed from outside: memory, CPU, and the screen."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 CHANNELS = "[tester.angle, tester.torque, tester.velocity, tester.load]"
 NO_LOAD_HZ, LOADED_HZ = "[8 Hz, 10 Hz, 20 Hz, 30 Hz, 35 Hz]", "[10 Hz, 20 Hz]"
 HZ, NO_LOAD_S, LONG_S = (10.0, 20.0), 1.5, 10
-"""Before that, the analyst is about preparing the no-load run."""
+"""LONG_S: before that time the analyst prepares the no-load run."""
 SETTINGS = """plugin: fast_tester
     settings:
       seed: 1
@@ -41,8 +41,8 @@ MB, MS = 1e6, 1e3
 
 
 @dataclass
-class Look:
-    """One look at the run: when, by process its memory and CPU time, and the live point."""
+class Observation:
+    """One observation of the run: time, memory and CPU time per process, and the live point."""
 
     at_s: float
     recording: str
@@ -52,8 +52,8 @@ class Look:
 
 
 def figures(lab: Path, seconds: int) -> list[Figure]:
-    """Do the run, with two recordings of so many seconds each; return what was seen."""
-    runs = made_lab(lab, seconds)
+    """Do the run, with two recordings of some seconds each, and return its figures."""
+    runs = make_lab(lab, seconds)
     with served(lab, runs) as server:
         screen = Screen(server, "client-bench-1")
         pair = ready(screen, "starting_torque_1000n.yaml")
@@ -66,7 +66,7 @@ def figures(lab: Path, seconds: int) -> list[Figure]:
     return figures_of(Path(finished["folder"]), looks, seconds)
 
 
-def made_lab(lab: Path, seconds: float) -> Path:
+def make_lab(lab: Path, seconds: float) -> Path:
     """Make a lab with the fast tester, its two procedures, and a no-load run; return its runs."""
     (lab / "plugins").mkdir(parents=True)
     shutil.copy(fast_tester.__file__, lab / "plugins" / "fast_tester.py")
@@ -94,8 +94,8 @@ def made_lab(lab: Path, seconds: float) -> Path:
     return lab / "runs"
 
 
-def watch(screen: Screen, panel: int) -> Iterator[Look]:
-    """Look again and again, until the run is over and begins to be analysed as a whole."""
+def watch(screen: Screen, panel: int) -> Iterator[Observation]:
+    """Observe the run until it ends and its final analysis begins."""
     while screen.state["phase"] in ("starting", "running", "asking"):
         state, memory, cpu = screen.state, {}, {}
         for name, pid in processes(panel).items():
@@ -104,18 +104,18 @@ def watch(screen: Screen, panel: int) -> Iterator[Look]:
         recording = (state["progress"] or {}).get("recording", "")
         counts = [result["readings"] for result in results if result["is_ongoing"]]
         cycles = {recording: counts[-1]} if counts else {}
-        yield Look(time.monotonic(), recording, memory, cpu, cycles)
+        yield Observation(time.monotonic(), recording, memory, cpu, cycles)
         time.sleep(EVERY_S)
 
 
 def processes(panel: int) -> dict[str, int]:
     started = started_by(panel).items()
-    pids = {name: pid for pid, command in started for name, of in PARTS.items() if of in command}
+    pids = {name: pid for pid, command in started for name, key in PARTS.items() if key in command}
     return {"panel": panel, **pids}
 
 
 def used(pid: int) -> tuple[float, float]:
-    """Return resident memory in MB and CPU time in seconds; nothing of what is gone."""
+    """Return resident memory in MB and CPU time in seconds; zeros for a process that ended."""
     try:
         fields = Path(f"/proc/{pid}/stat").read_text(encoding="utf-8").rpartition(")")[2].split()
     except OSError:
@@ -124,7 +124,7 @@ def used(pid: int) -> tuple[float, float]:
     return int(fields[21]) * page / MB, (int(fields[11]) + int(fields[12])) / ticks
 
 
-def figures_of(folder: Path, looks: list[Look], seconds: float) -> list[Figure]:
+def figures_of(folder: Path, looks: list[Observation], seconds: float) -> list[Figure]:
     recordings, events, raw = stored(folder)
     recording = [look for look in looks if look.recording]
     lost = sum(produced - kept for produced, kept, _ in recordings.values())
@@ -132,13 +132,13 @@ def figures_of(folder: Path, looks: list[Look], seconds: float) -> list[Figure]:
     pause = pauses(events)
     size = (folder / "run.h5").stat().st_size
     rows = [
-        Figure("samples lost", one(lost), "samples", target=at_most(0, "samples"),
+        Figure("samples lost", single(lost), "samples", target=at_most(0, "samples"),
                note=f"of {sum(count for count, _, _ in recordings.values()):,.0f} per channel"),
-        Figure("behind, the greatest", one(late * MS), "ms", target=at_most(100, "ms"),
+        Figure("behind, the greatest", single(late * MS), "ms", target=at_most(100, "ms"),
                note="the buffer of the device holds 1,000 ms"),
-        Figure("pause after a recording", one(max(pause) * MS), "ms",
+        Figure("pause after a recording", single(max(pause) * MS), "ms",
                note="the sync of its journal; folded beside the next step"),
-        Figure("run.h5, against the samples", one(raw / size), "times smaller"),
+        Figure("run.h5, against the samples", single(raw / size), "times smaller"),
     ]  # fmt: skip
     if seconds > LONG_S:
         rows += [live(recording, name, hz) for name, hz in zip(recordings, HZ, strict=True)]
@@ -162,7 +162,7 @@ def stored(folder: Path) -> tuple[dict[str, tuple[float, int, float]], list[dict
 
 
 def pauses(events: list[dict]) -> list[float]:
-    """Return the time from the end of each recording to what follows, in seconds."""
+    """Return the time from the end of each recording to the next event, in seconds."""
     return [
         after["monotonic_s"] - event["monotonic_s"]
         for event, after in pairwise(events)
@@ -170,8 +170,8 @@ def pauses(events: list[dict]) -> list[float]:
     ]
 
 
-def live(looks: list[Look], name: str, frequency_hz: float) -> Figure:
-    """Return how old the newest analysed cycle was, whenever the screen was told of more."""
+def live(looks: list[Observation], name: str, frequency_hz: float) -> Figure:
+    """Return the age of the newest analysed cycle at each update of the screen."""
     looks = [look for look in looks if look.recording == name]
     began_s, ended_s = looks[0].at_s, looks[-1].at_s
     lags, cycles_seen = [], 0
@@ -186,7 +186,7 @@ def live(looks: list[Look], name: str, frequency_hz: float) -> Figure:
     return Figure(f"live lag at {frequency_hz:g} Hz", value, "s", note=note)
 
 
-def of_process(name: str, looks: list[Look]) -> list[Figure]:
+def of_process(name: str, looks: list[Observation]) -> list[Figure]:
     looks = [look for look in looks if name in look.memory_mb and look.recording]
     looks = [look for look in looks if look.recording == looks[-1].recording]
     if len(looks) < 3:
@@ -196,10 +196,10 @@ def of_process(name: str, looks: list[Look]) -> list[Figure]:
     growth = median(memory[-third:]) - median(memory[third : 2 * third])
     cpu = (looks[-1].cpu_s[name] - looks[0].cpu_s[name]) / (looks[-1].at_s - looks[0].at_s)
     return [
-        Figure(f"memory of the {name}", one(max(memory)), "MB", note=f"growth {growth:+.0f} MB"),
-        Figure(f"CPU of the {name}", one(100 * cpu), "% of a core"),
+        Figure(f"memory of the {name}", single(max(memory)), "MB", note=f"growth {growth:+.0f} MB"),
+        Figure(f"CPU of the {name}", single(100 * cpu), "% of a core"),
     ]
 
 
-def one(value: float) -> Spread:
+def single(value: float) -> Spread:
     return Spread.of([value])

@@ -1,4 +1,4 @@
-"""A benchmark's figures as a table of Markdown, which reads well on a terminal as well."""
+"""The figures of a benchmark as a Markdown table, aligned for terminals."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ def target(aim: Target | None) -> str:
 
 
 def number(value: float) -> str:
-    """Three figures, thousands apart, and no power of ten where it can be helped."""
+    """Return three significant digits, with thousands separators and few powers of ten."""
     if value == 0 or not 1e-3 <= abs(value) < 1e9:
         return f"{value:.3g}"
     decimals = next((places for places in (2, 1, 0) if abs(value) < 10 ** (3 - places)), 0)

@@ -17,7 +17,7 @@ sys.path.insert(0, str(Path(__file__).resolve().parent.parent))
 from e2e.helpers_tamper import Flip, flips, issue, letterhead, quick_runs
 
 COUNT, SEED = 200, 17025
-WORDS = {
+PLACES = {
     "a section, line or object of the document": "changed at bytes",
     "the document's seal": "the seal itself",
     "an object of the run file": "/entry",
@@ -29,7 +29,7 @@ WORDS = {
 
 def named_place(flip: Flip) -> str:
     text = " ".join(flip.differences)
-    return next((name for name, word in WORDS.items() if word in text), "nowhere")
+    return next((name for name, part in PLACES.items() if part in text), "nowhere")
 
 
 def main(count: int = COUNT, seed: int = SEED) -> int:
@@ -54,12 +54,12 @@ def write_table(all_flips: list[Flip]) -> None:
     sys.stdout.write("| file | changed | found | said where | as |\n|---|---:|---:|---:|---|\n")
     for name in dict.fromkeys(flip.file for flip in all_flips):
         of_file = [flip for flip in all_flips if flip.file == name]
-        where = Counter(named_place(flip) for flip in of_file).most_common()
-        words = "; ".join(f"{place}: {count}" for place, count in where)
+        places = Counter(named_place(flip) for flip in of_file).most_common()
+        cell = "; ".join(f"{place}: {count}" for place, count in places)
         found, placed = sum(flip.found for flip in of_file), sum(flip.placed for flip in of_file)
         form = "run.h5" if name == "run.h5" else Path(name).suffix.removeprefix(".").upper()
-        sys.stdout.write(f"| {form} | {len(of_file)} | {found} | {placed} | {words} |\n")
+        sys.stdout.write(f"| {form} | {len(of_file)} | {found} | {placed} | {cell} |\n")
 
 
 if __name__ == "__main__":
-    sys.exit(main(*(int(word) for word in sys.argv[1:])) > 0)
+    sys.exit(main(*(int(argument) for argument in sys.argv[1:])) > 0)

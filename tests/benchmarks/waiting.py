@@ -1,13 +1,12 @@
-"""What a person waits for: whole commands on the demonstration, and what a core install takes.
+"""The time of whole commands on the demonstration, and the size of a core install.
 
-Each is a fresh process from its start to its end, and each is held against a fresh process that
-does the least that any such program does. For `analyse` and `demo` that imports numpy,
-scipy.special and h5py. For `certify`, which writes HTML, PDF and JSON, it imports WeasyPrint and
-makes a page of one line. `analyse` reads a run and the run without load that belongs to it, checks
-their digests, and compensates twelve set-points by three methods; `demo` records, analyses and
-reports both runs.
+Each command is a fresh process from its start to its end, compared with a fresh process that does
+the minimum of any such program. For `analyse` and `demo` that imports numpy, scipy.special and
+h5py. For `certify`, which writes HTML, PDF and JSON, it imports WeasyPrint and makes a page of one
+line. `analyse` reads a run and its no-load run, checks their digests, and compensates twelve
+set-points by three methods; `demo` records, analyses and reports both runs.
 
-The size is that of the files of all packages that `pip install rigrunner` brings, without extras
+The size is that of the files of all packages that `pip install rigrunner` installs, without extras
 and without compiled code of Python.
 """
 
@@ -54,14 +53,14 @@ def measure(scale: Scale) -> list[Figure]:
         imports, page = partial(fresh, "-c", IMPORTS), partial(fresh, "-c", ONE_PAGE)
         ours("demo", "--dir", folder / "demo")
         ours("init", folder / "lab")
-        run = max((folder / "demo").iterdir())  # the later one, with the load
+        run = max((folder / "demo").iterdir())  # the later run, with load
         folders = (folder / f"turn-{turn}" for turn in count())
 
         def demo() -> None:
             ours("demo", "--dir", next(folders))
 
         def certify() -> None:
-            out = next(folders)  # where nothing is issued yet, on this run neither
+            out = next(folders)  # a folder without certificates
             shutil.copytree(folder / "lab/letterhead", out / "letterhead")
             ours("certify", run, *ORDER, "--letterhead", out / "letterhead", "--out", out)
 
@@ -103,7 +102,7 @@ def size() -> Figure:
 
 
 def core_install() -> dict[str, int]:
-    """Return the bytes of each package that the core requires, itself included."""
+    """Return the size in bytes of each package of a core install."""
     sizes: dict[str, int] = {}
     remaining = ["rigrunner"]
     while remaining:
@@ -130,7 +129,7 @@ def _bytes(file: object) -> int:
 
 
 def work() -> list[Work]:
-    """Count what a run imports that has nothing to analyse."""
+    """Count the imports of a run without an analysis."""
     with tempfile.TemporaryDirectory() as name:
         lab = Path(name) / "lab"
         fresh("-m", "rigrunner", "init", lab)

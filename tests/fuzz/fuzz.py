@@ -1,10 +1,10 @@
-"""Feeds every reader of files with nearly good ones: `python tests/fuzz/fuzz.py --inputs 20000`.
+"""Fuzz every file reader with slightly broken files: `python tests/fuzz/fuzz.py --inputs 20000`.
 
-Prints a table of what became of them, and what it took. A reader may read a file or refuse it with
-a RigrunnerError, within a second of the processor and ten seconds by the clock, and may change no
-file elsewhere; whatever else happens is a fault, and its file is kept in the folder `--out`, from
-where it goes to tests/fuzz/corpus once it is fixed. The readers run in a process of their own, so
-that one that brings it down is seen too. The same seed gives the same files.
+Prints a table of outcomes and times. A reader may read a file or refuse it with a RigrunnerError,
+within a second of processor time and ten seconds of wall-clock time, and may change no other file.
+Anything else is a bug; its file is saved in the folder `--out`, and moved to tests/fuzz/corpus once
+the bug is fixed. The readers run in a separate process, so that crashes of the interpreter are
+found too. The same seed gives the same files.
 """
 
 from __future__ import annotations
@@ -41,7 +41,7 @@ if TYPE_CHECKING:
 
 PATIENCE_S = 10.0
 SLOW_S = 1.0
-"""Of the processor, which a busy machine does not lengthen much."""
+"""Processor time, which depends little on the load of the machine."""
 READ, REFUSED, CRASHED, DIED, HUNG = "read", "refused", "crashed", "died", "hung"
 SLOW, ELSEWHERE = "slow", "elsewhere"
 OUTCOMES = (READ, REFUSED, CRASHED, DIED, HUNG, SLOW, ELSEWHERE)
@@ -51,23 +51,23 @@ READY = "ready"
 
 @dataclass
 class Tally:
-    """What became of the files of one target."""
+    """The outcomes of the files of one target."""
 
     counts: Counter[str] = field(default_factory=Counter)
     crashes: dict[str, bytes] = field(default_factory=dict)
-    """One file for each place in the code."""
+    """One file for each crashing line of code."""
     began: float = field(default_factory=time.monotonic)
     processor_s: float = 0.0
     slowest_s: float = 0.0
     peaks_mb: list[float] = field(default_factory=list)
-    """Of the reader's memory, after each file."""
+    """Peak memory of the reader after each file."""
 
     def row(self, target: Target) -> tuple[str, ...]:
         counts = [self.counts[name] for name in OUTCOMES]
         early, late = self.peaks_mb[len(self.peaks_mb) // 10], self.peaks_mb[-1]
-        took = (f"{time.monotonic() - self.began:.0f}", f"{self.processor_s:.0f}")
+        times = (f"{time.monotonic() - self.began:.0f}", f"{self.processor_s:.0f}")
         return (
-            target.name, *map(str, (sum(counts), *counts)), *took, f"{1000 * self.slowest_s:.0f}",
+            target.name, *map(str, (sum(counts), *counts)), *times, f"{1000 * self.slowest_s:.0f}",
             f"{early:.0f} to {late:.0f}",
         )  # fmt: skip
 
@@ -79,7 +79,7 @@ HEADER = (
 
 
 class Measured(NamedTuple):
-    """What became of one file, and what it took."""
+    """The outcome of one file, and its processor time and memory."""
 
     outcome: str
     where: str = ""
@@ -88,7 +88,7 @@ class Measured(NamedTuple):
 
 
 def verdict(target: Target, data: bytes, folder: Path) -> tuple[str, str]:
-    """Return what becomes of one file, and where in the code if it crashed."""
+    """Return the outcome of one file, and the line of code of a crash."""
     path = folder / f"file{target.suffix}"
     path.write_bytes(data)
     try:
@@ -97,16 +97,16 @@ def verdict(target: Target, data: bytes, folder: Path) -> tuple[str, str]:
             target.read(path)
     except RigrunnerError:
         return REFUSED, ""
-    except Exception as error:  # noqa: BLE001  (that is what is looked for)
-        last = traceback.extract_tb(error.__traceback__)[-1]
-        return CRASHED, f"{type(error).__name__} at {Path(last.filename).name}:{last.lineno}"
+    except Exception as error:  # noqa: BLE001  (these are the bugs to find)
+        frame = traceback.extract_tb(error.__traceback__)[-1]
+        return CRASHED, f"{type(error).__name__} at {Path(frame.filename).name}:{frame.lineno}"
     return READ, ""
 
 
 def measured(target: Target, data: bytes, folder: Path, changes: list[str]) -> Measured:
-    """Return the verdict on one file, with what it took; what was slow is read again.
+    """Return the outcome of one file with its cost. A slow file is read twice.
 
-    The first file makes a reader import what it needs.
+    The first file includes the imports of a reader.
     """
     for _ in range(2):
         began = time.process_time()
@@ -124,28 +124,28 @@ def measured(target: Target, data: bytes, folder: Path, changes: list[str]) -> M
 
 
 def seeds_of(target: Target) -> list[bytes]:
-    """Return the good files of a target."""
+    """Return the valid files of a target."""
     with tempfile.TemporaryDirectory() as folder:
         return target.seeds(Path(folder))
 
 
 def _serve(pipe: Connection) -> None:
-    targets = {each.name: each for each in TARGETS}
-    sys.dont_write_bytecode = True  # of what is imported later
+    targets = {target.name: target for target in TARGETS}
+    sys.dont_write_bytecode = True  # for later imports
     with tempfile.TemporaryDirectory() as folder:
         os.chdir(folder)
         tempfile.tempdir = folder
         changes = watch(Path(folder))
-        pipe.send(READY)  # its own start does not count as reading, however slow the machine is
+        pipe.send(READY)  # starting up does not count as reading
         while True:
             name, data = pipe.recv()
-            own = Path(folder) / name  # what a target lays beside its files is not another's
-            own.mkdir(exist_ok=True)
-            pipe.send(measured(targets[name], data, own, changes))
+            target_folder = Path(folder) / name  # targets write other files beside their own
+            target_folder.mkdir(exist_ok=True)
+            pipe.send(measured(targets[name], data, target_folder, changes))
 
 
 class Reader:
-    """The process that reads; begun again whenever a file was too much for it."""
+    """The process that reads; restarted after a file that killed it or hung."""
 
     def __init__(self) -> None:
         self._begin()
@@ -168,27 +168,27 @@ class Reader:
 
     def _begin(self) -> None:
         context = get_context("spawn")
-        self._pipe, theirs = context.Pipe()
-        self._process = context.Process(target=_serve, args=(theirs,))
+        self._pipe, child_pipe = context.Pipe()
+        self._process = context.Process(target=_serve, args=(child_pipe,))
         self._process.start()
-        theirs.close()
+        child_pipe.close()
         if self._pipe.recv() != READY:
-            raise RuntimeError("the process that reads did not begin")
+            raise RuntimeError("the reading process did not start")
 
 
 def fuzz(reader: Reader, target: Target, inputs: int, seed: int) -> Tally:
-    """Read so many files and return what became of them."""
+    """Read this number of files and return their outcomes."""
     tally, seeds = Tally(), seeds_of(target)
     for number in range(inputs):
         rng = np.random.default_rng([seed, zlib.crc32(target.name.encode()), number])
         data = mutated(seeds, rng)
-        found = reader(target, data)
-        tally.counts[found.outcome] += 1
-        tally.processor_s += found.processor_s
-        tally.slowest_s = max(tally.slowest_s, found.processor_s)
-        tally.peaks_mb.append(found.peak_mb)
-        if found.outcome not in GOOD:
-            tally.crashes.setdefault(found.where, data)
+        result = reader(target, data)
+        tally.counts[result.outcome] += 1
+        tally.processor_s += result.processor_s
+        tally.slowest_s = max(tally.slowest_s, result.processor_s)
+        tally.peaks_mb.append(result.peak_mb)
+        if result.outcome not in GOOD:
+            tally.crashes.setdefault(result.where, data)
     return tally
 
 
@@ -200,20 +200,20 @@ def _keep(target: Target, tally: Tally, out: Path) -> None:
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Fuzz all targets, or the one named; return 1 where anything crashed."""
-    parser = argparse.ArgumentParser(description="Feeds every reader with nearly good files.")
+    """Fuzz all targets or one; return 1 if any reader failed."""
+    parser = argparse.ArgumentParser(description="Fuzzes every file reader.")
     parser.add_argument("--inputs", type=int, default=2000, help="files for each reader")
     parser.add_argument("--seed", type=int, default=1)
-    parser.add_argument("--only", choices=[each.name for each in TARGETS])
+    parser.add_argument("--only", choices=[target.name for target in TARGETS])
     parser.add_argument("--out", type=Path, default=Path("fuzz-crashes"))
-    given = parser.parse_args(arguments)
+    options = parser.parse_args(arguments)
     sys.stdout.write(f"| {' | '.join(HEADER)} |\n|{' --- |' * len(HEADER)}\n")
     bad, reader = 0, Reader()
     for target in TARGETS:
-        if given.only in (None, target.name):
-            tally = fuzz(reader, target, given.inputs, given.seed)
-            _keep(target, tally, given.out)
-            bad += given.inputs - sum(tally.counts[name] for name in GOOD)
+        if options.only in (None, target.name):
+            tally = fuzz(reader, target, options.inputs, options.seed)
+            _keep(target, tally, options.out)
+            bad += options.inputs - sum(tally.counts[name] for name in GOOD)
             sys.stdout.write(f"| {' | '.join(tally.row(target))} |\n")
             for where in tally.crashes:
                 sys.stderr.write(f"  {target.name}: {where}\n")

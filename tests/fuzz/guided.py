@@ -1,8 +1,8 @@
-"""Lets Atheris look for files that crash a reader: `python tests/fuzz/guided.py procedure`.
+"""Coverage-guided fuzzing of a reader with Atheris: `python tests/fuzz/guided.py procedure`.
 
-Coverage-guided, from the same good files as `fuzz.py`: it keeps what reaches new code and changes
-that further. Needs the extra `fuzz` (Linux and macOS). Options of libFuzzer go behind the name,
-such as `-max_total_time=600`. It ends at the first crash and keeps the file in `--out`.
+It starts from the valid files of `fuzz.py`, and mutates inputs further that reach new code. Needs
+the extra `fuzz` (Linux and macOS). Options of libFuzzer follow the name, such as
+`-max_total_time=600`. It ends at the first crash and saves the file in `--out`.
 """
 
 from __future__ import annotations
@@ -24,22 +24,22 @@ with atheris.instrument_imports(include=["rigrunner", "rigrunner_plugins", "yaml
 
 
 class ReaderCrashedError(Exception):
-    """What libFuzzer is told."""
+    """Reports a crash to libFuzzer."""
 
 
 def main() -> None:
-    """Fuzz one reader until it crashes or the time is over."""
+    """Fuzz one reader until it crashes or the time is up."""
     parser = argparse.ArgumentParser(description="Looks for files that crash a reader.")
-    parser.add_argument("reader", choices=[each.name for each in TARGETS])
+    parser.add_argument("reader", choices=[target.name for target in TARGETS])
     parser.add_argument("--out", type=Path, default=Path("fuzz-crashes"))
-    given, options = parser.parse_known_args()
-    target = next(each for each in TARGETS if each.name == given.reader)
-    given.out.mkdir(parents=True, exist_ok=True)
+    arguments, options = parser.parse_known_args()
+    target = next(target for target in TARGETS if target.name == arguments.reader)
+    arguments.out.mkdir(parents=True, exist_ok=True)
     with tempfile.TemporaryDirectory() as corpus, tempfile.TemporaryDirectory() as folder:
         for number, seed in enumerate(seeds_of(target)):
             (Path(corpus) / f"seed{number}").write_bytes(seed)
 
-        def one(data: bytes) -> None:
+        def read_one(data: bytes) -> None:
             outcome, where = verdict(target, data, Path(folder))
             if outcome not in GOOD:
                 raise ReaderCrashedError(where)
@@ -49,12 +49,12 @@ def main() -> None:
             [
                 sys.argv[0],
                 corpus,
-                f"-artifact_prefix={given.out}/",
+                f"-artifact_prefix={arguments.out}/",
                 f"-max_len={longest}",
                 "-print_final_stats=1",
                 *options,
             ],
-            one,
+            read_one,
         )
         atheris.Fuzz()
 

@@ -1,4 +1,4 @@
-"""What a lab's other programs and people hand to the queue, the panel and the listeners."""
+"""Input of people and other programs to the queue, the panel and the listeners."""
 
 from __future__ import annotations
 
@@ -93,17 +93,17 @@ MESSAGE = Message(
 
 
 LARGE = 10_000
-"""Bytes of a queue."""
+"""Maximum size of a queue file in bytes."""
 
 
 @cache
 def _registry() -> Registry:
-    """Return the registry of all plugins, of which a new one would take most of the time."""
+    """Return the registry of all plugins; making it anew would take most of the time."""
     return load_registry()
 
 
 def _queue(path: Path) -> object:
-    """Read a queue as the panel shows it, and as it looks for what is next."""
+    """Read a queue as the panel does to show it and to find its next entry."""
     runs = path.parent / "runs"
     runs.mkdir(exist_ok=True)
     (runs / "queue-rig.json").write_bytes(path.read_bytes())
@@ -112,21 +112,21 @@ def _queue(path: Path) -> object:
 
 
 @cache
-def _asking() -> Procedure:
+def _procedure() -> Procedure:
     return load_procedure(shipped_folder() / "starting_torque_1000n.yaml").model
 
 
 def _list(path: Path) -> object:
-    return read_list(_text(path), _asking().inputs)
+    return read_list(_text(path), _procedure().inputs)
 
 
 def _text(path: Path) -> str:
-    """Return what JSON can hold of a file: any text."""
+    """Return the content of a file as a text that JSON can hold."""
     return path.read_bytes().decode("utf-8", "surrogateescape")
 
 
 def _editor(path: Path) -> object:
-    """Check a text that is not in the file yet, as `checked_alone` does but for its registry."""
+    """Check an unsaved text as `checked_alone` does, with the cached registry."""
     procedure = path.parent / "edited.yaml"
     if not procedure.exists():
         procedure.write_bytes((shipped_folder() / "no_load_breakaway.yaml").read_bytes())
@@ -140,30 +140,30 @@ def _equation(path: Path) -> object:
     model, registry = path.read_text("utf-8", "replace"), _registry()
     named = set(re.findall(r"\w+", model)) | {"U"}
     results = [
-        {"name": f"result_{each}", "symbol": each, "unit": unit}
-        for each, unit in {"R": "Ω", "P": "W"}.items()
-        if each == "R" or each in named
+        {"name": f"result_{symbol}", "symbol": symbol, "unit": unit}
+        for symbol, unit in {"R": "Ω", "P": "W"}.items()
+        if symbol == "R" or symbol in named
     ]
     settings = {
         "results": results,
         "model": model,
-        "inputs": {name: each for name, each in INPUTS.items() if name in named},
-        "constants": {name: each for name, each in CONSTANTS.items() if name in named},
+        "inputs": {name: channel for name, channel in INPUTS.items() if name in named},
+        "constants": {name: value for name, value in CONSTANTS.items() if name in named},
     }
-    units = {each: UNITS[each] for each in settings["inputs"].values()}
-    if found := registry.objections("equation", settings, units):
-        raise InvalidFileError([Problem(message) for _, message, *_ in found])
-    return Scrutiny(registry).make("analysis", "equation", settings)(_measured())
+    units = {channel: UNITS[channel] for channel in settings["inputs"].values()}
+    if objections := registry.objections("equation", settings, units):
+        raise InvalidFileError([Problem(message) for _, message, *_ in objections])
+    return Scrutiny(registry).make("analysis", "equation", settings)(_run_data())
 
 
 @cache
-def _measured() -> RunData:
+def _run_data() -> RunData:
     volt, ampere, kelvin = (x * np.array([1.0, 1.01, 0.98, 1.02]) for x in (5.0, 0.05, 296.0))
     columns = {"meter.voltage": volt, "meter.current": ampere, "room.temperature": kelvin}
     return run_of(columns, UNITS, (instrument("meter.voltage", "voltage", "2 mV"),))
 
 
-def _edited(_: Path) -> list[bytes]:
+def _editor_seeds(_: Path) -> list[bytes]:
     return [
         path.read_bytes()
         for path in sorted(shipped_folder().glob("*.yaml"))
@@ -173,7 +173,7 @@ def _edited(_: Path) -> list[bytes]:
 
 TEXT = (shipped_folder() / "no_load_breakaway.yaml").read_text("utf-8")
 PAIR = {"procedure": "starting_torque_1000n", "station": "simulated"}
-MINE = {"procedure": "mine.yaml"}
+LAB_PROCEDURE = {"procedure": "mine.yaml"}
 REQUESTS: dict[str, dict[str, object]] = {
     "queue/add": {**PAIR, "list": "SN-1\nSN-2", "realtime": False},
     "queue/propose": {**PAIR, "inputs": {"specimen": "a"}, "operator": "Zoë", "by": "LIMS"},
@@ -183,15 +183,15 @@ REQUESTS: dict[str, dict[str, object]] = {
     "queue/skip": {"entry": 1, "reason": "lost"},
     "queue/repeat": {"entry": 1, "reason": "found"},
     "queue/clear": {},
-    "procedures/edit": {**MINE, "by": "Ann"},
-    "procedures/check": {**MINE, "text": TEXT, "station": "simulated_bench"},
+    "procedures/edit": {**LAB_PROCEDURE, "by": "Ann"},
+    "procedures/check": {**LAB_PROCEDURE, "text": TEXT, "station": "simulated_bench"},
     "procedures/save": {"procedure": "new.yaml", "text": TEXT, "by": "Ann"},
-    "procedures/compare": {**MINE, "text": TEXT, "against": "file"},
+    "procedures/compare": {**LAB_PROCEDURE, "text": TEXT, "against": "file"},
     "plan": {**PAIR, "station": "simulated_bench", "text": TEXT},
     "check-input": {"procedure": PAIR["procedure"], "input": "specimen", "text": "SN-1"},
     "control": {"name": "Ann", "take_over": True},
 }
-"""What is asked of the queue and of the editor, after one another."""
+"""Requests to the queue and the editor, by path."""
 
 
 @cache
@@ -202,34 +202,34 @@ def _panel() -> tuple[TestClient, Path]:
     (lab / "mine.yaml").write_text(TEXT, "utf-8")
     panel = Panel(settings=Settings(runs=lab / "runs", procedures=lab))
     panel.rig("simulated")
-    who = {"X-Rigrunner-Client": "client-ann"}
-    client = TestClient(make_app(panel), base_url="http://127.0.0.1:8750", headers=who)
+    headers = {"X-Rigrunner-Client": "client-ann"}
+    client = TestClient(make_app(panel), base_url="http://127.0.0.1:8750", headers=headers)
     return client, lab / "runs"
 
 
 def _request(path: Path) -> object:
-    """Post what the file has, a path in its first line and then a body.
+    """Post the file: a path in its first line, then the body.
 
-    A bug raises, and so does a file beside the lab's folder or in a folder of it that nobody made.
+    A bug raises, and so does a new file outside the folders of the lab.
     """
-    where, _, body = path.read_bytes().partition(b"\n")
+    endpoint, _, body = path.read_bytes().partition(b"\n")
     panel, runs = _panel()
-    for grown in runs.glob("queue-*.json"):
-        if grown.stat().st_size > LARGE:  # else each request would write all entries before it
-            grown.unlink()
+    for queue in runs.glob("queue-*.json"):
+        if queue.stat().st_size > LARGE:  # every request rewrites all earlier entries
+            queue.unlink()
     panel.post("/api/v1/control", json={"name": "Ann", "take_over": True})
-    address, headers = f"/api/v1/{quote(where.strip())}", {"Content-Type": "application/json"}
+    address, headers = f"/api/v1/{quote(endpoint.strip())}", {"Content-Type": "application/json"}
     answer = panel.post(address, content=body, headers=headers)
     lab = runs.parent
-    if [*lab.parent.iterdir()] != [lab] or [each for each in lab.glob("*/") if each != runs]:
-        raise RuntimeError("a request made files where none belong")
+    if [*lab.parent.iterdir()] != [lab] or [folder for folder in lab.glob("*/") if folder != runs]:
+        raise RuntimeError("a request made files outside the folders of the lab")
     if answer.is_error:
         raise InvalidFileError([Problem(answer.text)])
     return answer.content
 
 
 def _request_seeds(_: Path) -> list[bytes]:
-    return [f"{where}\n{json.dumps(body)}".encode() for where, body in REQUESTS.items()]
+    return [f"{endpoint}\n{json.dumps(body)}".encode() for endpoint, body in REQUESTS.items()]
 
 
 @cache
@@ -238,20 +238,20 @@ def _station_text() -> bytes:
 
 
 def _listeners(path: Path) -> object:
-    """Make the listeners that a station names, as a run does, without telling them anything."""
+    """Make the listeners of a station as a run does, without sending events."""
     station = path.parent / "station.yaml"
     station.write_bytes(_station_text() + b"\n" + path.read_bytes())
-    registry, made = _registry(), []
-    with ExitStack() as held:
-        for each in load_station(station).model.listeners:
-            sink = registry.make("event_sink", each.plugin, each.settings)
-            held.callback(sink.close)  # type: ignore[attr-defined]
-            made.append(sink)
-    return made
+    registry, sinks = _registry(), []
+    with ExitStack() as open_sinks:
+        for listener in load_station(station).model.listeners:
+            sink = registry.make("event_sink", listener.plugin, listener.settings)
+            open_sinks.callback(sink.close)  # type: ignore[attr-defined]
+            sinks.append(sink)
+    return sinks
 
 
 def _answer_to(make: Callable[[int], Notifier]) -> Callable[[Path], object]:
-    """Return a reader that sends a message to somebody who answers what the file has."""
+    """Return a reader that sends a message to a server that answers with the file."""
 
     def read(path: Path) -> object:
         with answering(path.read_bytes()) as port:
@@ -265,21 +265,21 @@ def _answer_to(make: Callable[[int], Notifier]) -> Callable[[Path], object]:
 
 @contextmanager
 def answering(data: bytes) -> Iterator[int]:
-    """Listen on loopback, answer the first who comes with these bytes, and take what is sent."""
-    with socket.create_server(("127.0.0.1", 0)) as listening:
-        thread = threading.Thread(target=_answer, args=(listening, data))
+    """Run a server on loopback that answers its first connection with these bytes."""
+    with socket.create_server(("127.0.0.1", 0)) as server:
+        thread = threading.Thread(target=_answer, args=(server, data))
         thread.start()
         try:
-            yield listening.getsockname()[1]
+            yield server.getsockname()[1]
         finally:
-            with suppress(OSError):  # where nobody came
-                socket.create_connection(listening.getsockname(), 0.1).close()
+            with suppress(OSError):  # if nobody connected
+                socket.create_connection(server.getsockname(), 0.1).close()
             thread.join()
 
 
-def _answer(listening: socket.socket, data: bytes) -> None:
+def _answer(server: socket.socket, data: bytes) -> None:
     with suppress(OSError):
-        connection, _ = listening.accept()
+        connection, _ = server.accept()
         with connection:
             connection.settimeout(0.5)
             connection.sendall(data)
@@ -300,10 +300,10 @@ def _mail_at(port: int) -> Notifier:
 
 LAB_TARGETS = (
     Target("queue", ".json", lambda _: [QUEUE.encode()], _queue),
-    Target("list for the queue", ".csv", lambda _: [each.encode() for each in LISTS], _list),
-    Target("text in the editor", ".yaml", _edited, _editor),
+    Target("list for the queue", ".csv", lambda _: [text.encode() for text in LISTS], _list),
+    Target("text in the editor", ".yaml", _editor_seeds, _editor),
     Target("request to the panel", ".request", _request_seeds, _request),
-    Target("equation", ".txt", lambda _: [each.encode() for each in MODELS], _equation),
+    Target("equation", ".txt", lambda _: [text.encode() for text in MODELS], _equation),
     Target("listeners", ".yaml", lambda _: [LISTENERS.encode()], _listeners),
     Target("answer to a webhook", ".http", lambda _: [*HTTP], _answer_to(_webhook_at)),
     Target("answer to a mail", ".smtp", lambda _: [SMTP], _answer_to(_mail_at)),

@@ -1,4 +1,4 @@
-"""Files that are nearly good: the seed of a target with a few things wrong."""
+"""Mutates the valid files of a target."""
 
 from __future__ import annotations
 
@@ -48,7 +48,7 @@ def _insert(data: bytes, rng: Generator) -> bytes:
 
 
 def _replace_word(data: bytes, rng: Generator) -> bytes:
-    """Put a token in place of what stands between two of the marks that texts have."""
+    """Replace the text between two delimiters with a token."""
     marks = [i for i, byte in enumerate(data) if byte in b' ,:{}[]"\n']
     if len(marks) < 2:
         return _insert(data, rng)
@@ -74,9 +74,9 @@ def _repeat(data: bytes, rng: Generator) -> bytes:
 
 def _move(data: bytes, rng: Generator) -> bytes:
     start, length = rng.integers(len(data) + 1), rng.integers(1, 128)
-    piece, rest = data[start : start + length], data[:start] + data[start + length :]
-    at = rng.integers(len(rest) + 1)
-    return rest[:at] + piece + rest[at:]
+    piece, remaining = data[start : start + length], data[:start] + data[start + length :]
+    at = rng.integers(len(remaining) + 1)
+    return remaining[:at] + piece + remaining[at:]
 
 
 CHANGES: tuple[Callable[[bytes, Generator], bytes], ...] = (

@@ -1,4 +1,4 @@
-"""What a reader is to the fuzzer."""
+"""A reader as the fuzzer sees it."""
 
 from __future__ import annotations
 
@@ -17,6 +17,6 @@ class Target:
     name: str
     suffix: str
     seeds: Callable[[Path], list[bytes]]
-    """Good files; given is an empty folder to make them in."""
+    """Returns valid files, made in an empty folder."""
     read: Callable[[Path], object]
-    """Reads the file, which lies alone in a folder of its own."""
+    """Reads the file, which is alone in its folder."""

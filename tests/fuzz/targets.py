@@ -1,6 +1,6 @@
-"""What reads files of strangers, each with some good files to begin from.
+"""The readers of files that come from outside, each with some valid files to start from.
 
-A target takes a file that may hold anything; it may read it or raise a RigrunnerError, no more.
+A target takes a file with any content, and either reads it or raises a RigrunnerError.
 """
 
 from __future__ import annotations
@@ -90,8 +90,8 @@ def _shipped(pattern: str) -> list[bytes]:
 
 
 def _procedure_seeds(_: Path) -> list[bytes]:
-    """Return those that call no other one, which would not lie beside it."""
-    return [each for each in _shipped("*.yaml") if b"call:" not in each]
+    """Return the shipped procedures that call no other, which would be missing beside them."""
+    return [text for text in _shipped("*.yaml") if b"call:" not in text]
 
 
 @cache
@@ -141,9 +141,9 @@ def _run_seeds(folder: Path) -> list[bytes]:
     write_run(folder / "no_load", [recording(samples=100)])
     partners = {"no_load": folder / "no_load", "before": folder / "no_load"}
     writer = write_run(folder / "run", [recording(samples=200), recording("b", samples=150)])
-    other = write_run(folder / "other", [recording(samples=100)])
-    sealed = writer.seal(DOCUMENT, PLOT), other.seal(DOCUMENT, PLOT, partners=partners)
-    return [each.read_bytes() for each in sealed]
+    with_partners = write_run(folder / "other", [recording(samples=100)])
+    sealed = writer.seal(DOCUMENT, PLOT), with_partners.seal(DOCUMENT, PLOT, partners=partners)
+    return [path.read_bytes() for path in sealed]
 
 
 def _packed(path: Path) -> object:
@@ -165,12 +165,13 @@ def _good_packed() -> bytes:
 
 
 def _packing_list(path: Path) -> object:
-    """Unpack a good packed run whose list of contents is this file."""
-    other = path.parent / "packed.zip"
-    with ZipFile(BytesIO(_good_packed())) as good, ZipFile(other, "w") as made:
-        for each in good.infolist():
-            made.writestr(each, path.read_bytes() if each.filename == LISTING else good.read(each))
-    return _packed(other)
+    """Unpack a valid packed run with this file as its list of contents."""
+    packed = path.parent / "packed.zip"
+    with ZipFile(BytesIO(_good_packed())) as good, ZipFile(packed, "w") as changed:
+        for entry in good.infolist():
+            is_list = entry.filename == LISTING
+            changed.writestr(entry, path.read_bytes() if is_list else good.read(entry))
+    return _packed(packed)
 
 
 def _packing_list_seeds(_: Path) -> list[bytes]:
@@ -179,7 +180,7 @@ def _packing_list_seeds(_: Path) -> list[bytes]:
 
 
 def _journal(path: Path) -> object:
-    """Read a run that is not sealed, with this file as its journal."""
+    """Read an unsealed run with this file as its journal."""
     files = RunFolder(path.parent / "run")
     files.journal.mkdir(parents=True, exist_ok=True)
     shutil.copy(path, files.events)
@@ -195,7 +196,7 @@ RECORDS = (Kind.HEADER, Kind.EVENT, Kind.PACKED, Kind.TRUTH, Kind.ROW, Kind.PLAN
 
 
 def _record(path: Path) -> object:
-    """Read a good header, the begin of a scan, and one record whose checksum is right."""
+    """Read a valid header, the start of a scan, and one record with a valid checksum."""
     kind, payload = path.read_bytes()[:1], path.read_bytes()[1:]
     files = RunFolder(path.parent / "run")
     files.journal.mkdir(parents=True, exist_ok=True)
@@ -210,25 +211,25 @@ def _record(path: Path) -> object:
 
 
 def _record_seeds(folder: Path) -> list[bytes]:
-    writer = write_run(folder / "run", [recording(samples=200)])
-    records = [*read_records(RunFolder(writer.folder).events)]
-    with RunWriter(folder / "scan", header_of()) as scanned:
-        for event, sink in product(_scan(points=2), scanned.sinks):
+    run_writer = write_run(folder / "run", [recording(samples=200)])
+    records = [*read_records(RunFolder(run_writer.folder).events)]
+    with RunWriter(folder / "scan", header_of()) as writer:
+        for event, sink in product(_scan(points=2), writer.sinks):
             sink(event)
     records += read_records(RunFolder(folder / "scan").events)
-    return [bytes([RECORDS.index(Kind(each.kind))]) + each.payload for each in records]
+    return [bytes([RECORDS.index(Kind(record.kind))]) + record.payload for record in records]
 
 
 def _scan(points: int) -> Iterator[Event]:
-    known = {"seq": 1, "monotonic_s": 0.5, "utc": "2026-03-01T12:00:00.000Z", "step": "main[0]"}
-    yield StepStarted(**known, index=0, action="scan", text="Scan", units={"tester.load": "N"})
+    common = {"seq": 1, "monotonic_s": 0.5, "utc": "2026-03-01T12:00:00.000Z", "step": "main[0]"}
+    yield StepStarted(**common, index=0, action="scan", text="Scan", units={"tester.load": "N"})
     for point in range(points):
-        where, found = {"tester.load": 10.0}, {"tester.torque": 0.5}
-        yield Scanned(**known, point=point, measurement="m", setpoints=where, values=found)
+        setpoints, values = {"tester.load": 10.0}, {"tester.torque": 0.5}
+        yield Scanned(**common, point=point, measurement="m", setpoints=setpoints, values=values)
 
 
 def _block(path: Path) -> object:
-    """Read a run that is not sealed, with this block among its samples; its checksum is right."""
+    """Read an unsealed run with this block among its samples, with a valid checksum."""
     files = RunFolder(path.parent / "run")
     if not files.path.exists():
         write_run(files.path, [recording(samples=200)])
@@ -251,7 +252,7 @@ def _block_seeds(_: Path) -> list[bytes]:
 
 
 def _tape(path: Path) -> object:
-    """Read every exchange of a tape; of a failure that is on it nothing but that is wanted."""
+    """Read every exchange of a tape."""
     tape = TapeFile(path)
     try:
         return [tape.entry(seq) for seq in range(len(tape))]
@@ -323,7 +324,7 @@ def _letterhead(path: Path) -> object:
 
 
 def _letterhead_texts(path: Path) -> object:
-    """Read a good letterhead with this file of texts."""
+    """Read a valid letterhead with this file of texts."""
     folder = path.parent / "letterhead"
     if not folder.exists():
         shutil.copytree(TEMPLATE / "letterhead", folder)
@@ -343,7 +344,7 @@ NUMBER = (
 
 
 def _number(path: Path) -> object:
-    """Look a number up of which this file says what was issued, and what it stands in place of."""
+    """Look up a certificate number and its replacement in this file."""
     folder = _empty(path.parent / "numbers")
     for name in ("RR-2026-0001.json", "RR-2026-0001.issued.json"):
         shutil.copy(path, folder / name)
@@ -359,8 +360,8 @@ def _empty(folder: Path) -> Path:
 
 def _certificate(path: Path) -> object:
     content = path.read_bytes()
-    found = content_in(content, path.suffix, path.name)
-    return found, check_seal(content, path.suffix)
+    certificate = content_in(content, path.suffix, path.name)
+    return certificate, check_seal(content, path.suffix)
 
 
 @cache
@@ -380,7 +381,7 @@ def _signature(path: Path) -> object:
 
 
 def _private_key(path: Path) -> object:
-    path.chmod(0o600)  # else it is refused for that alone
+    path.chmod(0o600)  # other modes are refused
     return read_private_key(path)
 
 
@@ -450,11 +451,11 @@ def _matlab(path: Path) -> object:
 def _matlab_seeds(folder: Path) -> list[bytes]:
     content = {"s": {"Angle": np.arange(20.0)[:, None]}, "data": np.ones((20, 2))}
     write_matlab_73(folder / "73.mat", content)
-    found = [(folder / "73.mat").read_bytes()]
-    for packed in (False, True):
-        savemat(folder / "5.mat", content, do_compression=packed)
-        found.append((folder / "5.mat").read_bytes())
-    return found
+    files = [(folder / "73.mat").read_bytes()]
+    for compress in (False, True):
+        savemat(folder / "5.mat", content, do_compression=compress)
+        files.append((folder / "5.mat").read_bytes())
+    return files
 
 
 TARGETS = (

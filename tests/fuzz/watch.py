@@ -1,4 +1,4 @@
-"""What a reader must not do: write elsewhere, start a program, call another machine."""
+"""Finds readers that write elsewhere, start programs or connect to other machines."""
 
 from __future__ import annotations
 
@@ -14,34 +14,34 @@ CHANGES = {
     "os.chmod": 1, "os.link": 2, "os.mkdir": 1, "os.remove": 1, "os.rename": 2, "os.rmdir": 1,
     "os.symlink": 2, "os.truncate": 1,
 }  # fmt: skip
-"""Of each event of Python that tells a change of files: how many of its values are paths."""
+"""Audit events of Python that change files, with the number of arguments that are paths."""
 PROGRAMS = ("os.exec", "os.fork", "os.forkpty", "os.posix_spawn", "os.system", "subprocess.Popen")
 PROBE = [sys.executable, "-P", "-c"]
-"""The process in which a run file that may bring HDF5 down is tried: rigrunner.runfile.probe."""
+"""The process that tries run files that may crash HDF5: rigrunner.runfile.probe."""
 HERE = ("127.0.0.1", "::1", "localhost")
 
 
 def watch(folder: Path) -> list[str]:
-    """Note from now on, for as long as the process lives, what goes beyond this folder."""
-    inside, seen = os.path.realpath(folder) + os.sep, []
+    """Record all later actions of this process beyond a folder."""
+    inside, actions = os.path.realpath(folder) + os.sep, []
 
     def hook(event: str, values: tuple[Any, ...]) -> None:
         if event == "open":
             paths = values[:1] if values[2] & WRITING else ()
         else:
             paths = values[: CHANGES.get(event, 0)]
-        names = [os.fsdecode(each) for each in paths if isinstance(each, str | bytes | os.PathLike)]
-        seen.extend(f"{event} {name}" for name in names if _beyond(name, inside))
+        names = [os.fsdecode(path) for path in paths if isinstance(path, str | bytes | os.PathLike)]
+        actions.extend(f"{event} {name}" for name in names if _beyond(name, inside))
         is_program = event in PROGRAMS and list(*values[1:2])[:3] != PROBE
         if is_program or (event == "socket.connect" and _elsewhere(values[1])):
-            seen.append(f"{event} {values[-1]}")
+            actions.append(f"{event} {values[-1]}")
 
     sys.addaudithook(hook)
-    return seen
+    return actions
 
 
 def _beyond(path: str, inside: str) -> bool:
-    """Is this a file elsewhere? The last link is not followed: it may be what is changed."""
+    """Return whether a path is outside; its last link is not followed, as it may be changed."""
     head, tail = os.path.split(path)
     return path != os.devnull and not f"{os.path.realpath(head)}{os.sep}{tail}".startswith(inside)
 

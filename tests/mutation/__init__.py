@@ -1,6 +1,6 @@
-"""Mutation tests: `python -m tests.mutation` shows which changed rules no test notices.
+"""Mutation tests: `python -m tests.mutation` lists changes of the sources that no test detects.
 
-`mutants` makes small changes in the sources, `record` finds out which tests run which lines, and
-`trial` runs the tests of a changed line in a process of its own. `equivalent.toml` lists the
-mutants that no test can find, each with the reason.
+`mutants` makes small changes in the sources, `record` records which tests run which lines, and
+`trial` runs the tests of a changed line in a separate process. `equivalent.toml` lists the
+mutants that no test can detect, each with the reason.
 """

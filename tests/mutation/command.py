@@ -1,4 +1,4 @@
-"""Chooses mutants by a seed, tries each, and prints the score and what no test noticed."""
+"""Tries a random sample of mutants, and prints the score and the mutants that survived."""
 # ruff: noqa: T201  (a command: this is its output)
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ import pytest
 
 from mutation.mutants import Mutant, mutated, sample
 from mutation.record import RecordedTest, record
-from mutation.trial import SURVIVED, UNTESTED, Change, Collected, Patience, Verdict, try_anew
+from mutation.trial import SURVIVED, UNTESTED, Change, Collected, Patience, Verdict, try_module
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
@@ -85,12 +85,12 @@ TESTS = (
     "tests/unit/run/test_shared_instruments.py",
     "tests/unit/test_ending.py",
 )
-"""Where the rules of these modules are tested; tests of whole commands take a hundred times as long
-and run each line in passing."""
+"""The tests of these modules. Tests of whole commands take a hundred times as long, and run lines
+without checking their effect."""
 PACKAGES = ("runner", "plugins", "reports")
-"""Where the packages stand that tests import."""
+"""Folders of the packages that tests import."""
 UNCHANGED = 50
-"""How many tests must pass without a change before any is made."""
+"""Number of tests that must pass without a change first."""
 EQUIVALENT = Path(__file__).with_name("equivalent.toml")
 
 
@@ -109,9 +109,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
     recorded = _recorded_tests(paths, options.tests, options.keep)
     equivalent = _equivalent(options.equivalent)
     print(f"commit {_commit()}, seed {options.seed}, {len(mutants)} mutants, {len(recorded)} tests")
-    began = time.monotonic()
+    began_s = time.monotonic()
     outcomes = _try_all(numbered, recorded, root, options, equivalent)
-    _summarise(outcomes, equivalent, time.monotonic() - began)
+    _summarise(outcomes, equivalent, time.monotonic() - began_s)
     return int(any(not v.is_found and (m.path, m.change) not in equivalent for m, v in outcomes))
 
 
@@ -122,9 +122,10 @@ def _try_all(
     options: argparse.Namespace,
     equivalent: Mapping[tuple[str, str], str],
 ) -> list[tuple[Mutant, Verdict]]:
-    """Try all mutants: quickly where a function changes; what survives that, with all again.
+    """Try all mutants: first those that change a function, in a process with the tests collected.
 
-    What is done once, when a module is imported, notices only the second.
+    Other mutants, and those that survive, are tried with the sources imported again: a change that
+    acts during the import is detected only by that.
     """
     patience = Patience(options.times, options.more)
     functions: dict[int, Any] = {}
@@ -153,11 +154,11 @@ def _try_all(
             yield number, verdict
         _must_pass(collected, [test for test in recorded if test.name in killers], patience)
 
-    quick = dict(_in_fork(lambda: _collected(try_functions, options.tests)))
+    quick = dict(_run_in_fork(lambda: _collect_and_try(try_functions, options.tests)))
     verdicts = {number: Verdict(*quick[number]) for number in functions}
     for number, mutant in numbered.items():
         if number not in verdicts or verdicts[number].outcome == SURVIVED:
-            verdict = verdicts[number] = try_anew(changes[number], tests_of(number), patience)
+            verdict = verdicts[number] = try_module(changes[number], tests_of(number), patience)
             shown = options.verbose or not verdict.is_found
             _print_verdict(number, mutant, verdict, _why(equivalent, mutant), shown=shown)
         elif not verdicts[number].is_found:
@@ -165,14 +166,14 @@ def _try_all(
     return [(mutant, verdicts[number]) for number, mutant in numbered.items()]
 
 
-def _collected(
-    try_them: Callable[[Collected], Iterator[tuple[int, Verdict]]], tests: Sequence[str]
+def _collect_and_try(
+    try_mutants: Callable[[Collected], Iterator[tuple[int, Verdict]]], tests: Sequence[str]
 ) -> list[Any]:
-    """Collect the tests, and return what becomes of the mutants; [] if they cannot be collected."""
+    """Collect the tests and return the verdicts; [] if the tests cannot be collected."""
     verdicts: list[Any] = []
 
     def use(collected: Collected) -> None:
-        for number, verdict in try_them(collected):
+        for number, verdict in try_mutants(collected):
             verdicts.append((number, [verdict.outcome, verdict.by, verdict.tests]))
 
     with tempfile.TemporaryDirectory() as folder:
@@ -185,12 +186,12 @@ def _collected(
 
 
 def _must_pass(collected: Collected, tests: Sequence[RecordedTest], patience: Patience) -> None:
-    """Run tests without a change: one that fails then has told nothing of any mutant.
+    """Run tests without a change: a test that fails without one proves nothing.
 
-    None of them hangs; they take as long as the machine needs.
+    These tests do not hang, so they may take longer.
     """
-    unhurried = replace(patience, more_s=patience.between_s)
-    verdict = collected.try_functions([], tests, unhurried)
+    longer = replace(patience, more_s=patience.between_s)
+    verdict = collected.try_functions([], tests, longer)
     if tests and verdict.outcome != SURVIVED:
         print(verdict.output)
         pytest.exit(f"without a change: {verdict.outcome} {verdict.by}", returncode=70)
@@ -199,27 +200,27 @@ def _must_pass(collected: Collected, tests: Sequence[RecordedTest], patience: Pa
 def _parser() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(
         prog="python -m tests.mutation",
-        description="Changes the sources in small ways, one after the other, and says which"
-        " changes make no test fail.",
+        description="Changes the sources in small ways, one at a time, and lists the changes"
+        " that make no test fail.",
     )
     add = parser.add_argument
-    add("--mutants", type=int, default=400, help="how many (400)")
-    add("--seed", type=int, default=18, help="which ones; the same seed, the same ones (18)")
-    add("--only", type=int, nargs="+", help="these numbers alone, as they were printed")
-    add("--verbose", action="store_true", help="print the ones that a test noticed too")
-    add("--root", type=Path, default=Path(), help="the checkout (the present folder)")
+    add("--mutants", type=int, default=400, help="number of mutants (400)")
+    add("--seed", type=int, default=18, help="seed of the sample (18)")
+    add("--only", type=int, nargs="+", help="only these numbers, as printed")
+    add("--verbose", action="store_true", help="also print mutants that a test detected")
+    add("--root", type=Path, default=Path(), help="the checkout (the current folder)")
     add("--packages", nargs="+", default=PACKAGES, help="its folders of packages")
     add("--sources", nargs="+", default=SOURCES, help="files and folders to change")
     add("--tests", nargs="+", default=TESTS, help="files and folders of tests")
-    add("--equivalent", type=Path, default=EQUIVALENT, help="mutants that no test can find")
-    add("--keep", type=Path, help="a file for which test runs which line, used again")
-    add("--budget", type=float, default=60.0, help="most seconds of tests for a mutant (60)")
-    add("--times", type=float, default=10.0, help="a test has failed after its time x this (10)")
+    add("--equivalent", type=Path, default=EQUIVALENT, help="mutants that no test can detect")
+    add("--keep", type=Path, help="a cache file of the lines that each test runs")
+    add("--budget", type=float, default=60.0, help="maximum seconds of tests for a mutant (60)")
+    add("--times", type=float, default=10.0, help="time limit of a test: its time x this (10)")
     add(
         "--more",
         type=float,
         default=2.0,
-        help="and so many seconds of the processor, or ten times as many of the clock (2)",
+        help="plus these seconds of processor time, or ten times as many by the clock (2)",
     )
     return parser
 
@@ -238,25 +239,25 @@ def _module(path: str, packages: Sequence[str]) -> str:
 def _recorded_tests(
     paths: Sequence[Path], tests: Sequence[str], keep: Path | None
 ) -> list[RecordedTest]:
-    """Return the tests, quickest first, as they were kept or recorded now."""
+    """Return the tests, fastest first, from the cache file or recorded now."""
     contents = [*(path.read_bytes() for path in paths), *(test.encode() for test in tests)]
     digest = sha256(b"".join(contents)).hexdigest()
     if keep and keep.exists():
         stored = json.loads(keep.read_text(encoding="utf-8"))
         if stored["sources"] == digest:
-            return [_restored(*entry) for entry in stored["tests"]]
-    stored = {"sources": digest, "tests": _in_fork(lambda: _recorded(paths, tests))}
+            return [_test_from_json(*entry) for entry in stored["tests"]]
+    stored = {"sources": digest, "tests": _run_in_fork(lambda: _recorded(paths, tests))}
     if keep:
         keep.write_text(json.dumps(stored), encoding="utf-8")
-    return [_restored(*entry) for entry in stored["tests"]]
+    return [_test_from_json(*entry) for entry in stored["tests"]]
 
 
-def _restored(name: str, seconds: float, lines: Mapping[str, Iterable[int]]) -> RecordedTest:
+def _test_from_json(name: str, seconds: float, lines: Mapping[str, Iterable[int]]) -> RecordedTest:
     return RecordedTest(name, seconds, {file: set(numbers) for file, numbers in lines.items()})
 
 
 def _recorded(paths: Sequence[Path], tests: Sequence[str]) -> list[Any]:
-    """Run the tests, and return of each its name, its time and its lines."""
+    """Run the tests, and return name, time and lines of each."""
     sys.dont_write_bytecode = True
     recorded = record([str(path) for path in paths], ["-n0", "-p", "no:cacheprovider", *tests])
     return [
@@ -265,22 +266,22 @@ def _recorded(paths: Sequence[Path], tests: Sequence[str]) -> list[Any]:
     ]
 
 
-def _in_fork(work: Callable[[], Any]) -> Any:
-    """Return what a function gives, as of JSON, in a process of its own.
+def _run_in_fork(work: Callable[[], Any]) -> Any:
+    """Return the result of a function, as JSON, from a forked process.
 
-    This one must not import the sources.
+    This process must not import the sources.
     """
-    reads, writes = os.pipe()
+    read_end, write_end = os.pipe()
     sys.stdout.flush()
     child = os.fork()
     if child == 0:
-        os.close(reads)
-        with os.fdopen(writes, "w", encoding="utf-8") as pipe:
+        os.close(read_end)
+        with os.fdopen(write_end, "w", encoding="utf-8") as pipe:
             json.dump(work(), pipe)
         sys.stdout.flush()
         os._exit(0)
-    os.close(writes)
-    with os.fdopen(reads, encoding="utf-8") as pipe:
+    os.close(write_end)
+    with os.fdopen(read_end, encoding="utf-8") as pipe:
         text = pipe.read()
     os.waitpid(child, 0)
     content = json.loads(text)
@@ -290,7 +291,7 @@ def _in_fork(work: Callable[[], Any]) -> Any:
 
 
 def _within(tests: Iterable[RecordedTest], budget_s: float) -> list[RecordedTest]:
-    """Return the first tests that take no longer in all, at least one."""
+    """Return the first tests that fit into the budget, at least one."""
     chosen, spent_s = list[RecordedTest](), 0.0
     for test in tests:
         spent_s += test.seconds
@@ -311,7 +312,7 @@ def _commit() -> str:
     process = subprocess.run(
         ["git", "describe", "--always", "--dirty"], capture_output=True, text=True, check=False
     )
-    return process.stdout.strip() or "of no repository"
+    return process.stdout.strip() or "unknown"
 
 
 def _why(equivalent: Mapping[tuple[str, str], str], mutant: Mutant) -> str:
@@ -334,11 +335,11 @@ def _summarise(
 ) -> None:
     counts = Counter[str]()
     for mutant, verdict in outcomes:
-        listed = (mutant.path, mutant.change) in equivalent and not verdict.is_found
-        counts["equivalent" if listed else verdict.outcome] += 1
-    found = sum(verdict.is_found for _, verdict in outcomes)
+        is_listed = (mutant.path, mutant.change) in equivalent and not verdict.is_found
+        counts["equivalent" if is_listed else verdict.outcome] += 1
+    detected = sum(verdict.is_found for _, verdict in outcomes)
     counted = len(outcomes) - counts["equivalent"]
     print(", ".join(f"{count} {name}" for name, count in counts.most_common()))
-    left = counts[SURVIVED] + counts[UNTESTED]
-    share = f"{found / counted:.1%}" if counted else "none"
-    print(f"score {share}: {found} of {counted} noticed, {left} not; {seconds / 60:.0f} min")
+    missed = counts[SURVIVED] + counts[UNTESTED]
+    share = f"{detected / counted:.1%}" if counted else "none"
+    print(f"score {share}: {detected} of {counted} noticed, {missed} not; {seconds / 60:.0f} min")

@@ -1,7 +1,7 @@
 """Small changes of a module's syntax tree, each of which should make a test fail.
 
-Left alone is what decides nothing: annotations, decorators, texts, and what only a type checker
-reads.
+Code without effect on results is not changed: annotations, decorators, texts, and code that only a
+type checker reads.
 """
 
 from __future__ import annotations
@@ -40,14 +40,14 @@ _ARITHMETIC = {
     ast.BitAnd: ast.BitOr,
     ast.BitOr: ast.BitAnd,
 }
-_LEFT_ALONE = {"annotation", "returns", "decorator_list", "type_comment", "msg"}
+_UNCHANGED_FIELDS = {"annotation", "returns", "decorator_list", "type_comment", "msg"}
 LONGEST = 70
-"""Characters of code that a mutant's name shows."""
+"""Maximum characters of code in the name of a mutant."""
 
 
 @dataclass(frozen=True)
 class Mutant:
-    """One change of one file: found again by its place in the tree, named by what it changes."""
+    """One change of one file, located by its node in the tree and named by the changed code."""
 
     path: str
     """Relative to the root of the sources, with '/'."""
@@ -63,7 +63,7 @@ class Mutant:
 
     @property
     def change(self) -> str:
-        """Return how a list of equivalent mutants names it; lines may move."""
+        """Return its name in a list of equivalent mutants, which does not depend on its line."""
         return f"{self.scope}: {self.old} -> {self.new}"
 
 
@@ -91,12 +91,12 @@ class _Site:
 def mutants_of(root: Path, path: Path) -> list[Mutant]:
     """Return all mutants of a file."""
     source = path.read_text(encoding="utf-8")
-    mutants, seen = [], dict[tuple[str, str, str], int]()
+    mutants, counts = [], dict[tuple[str, str, str], int]()
     for number, site in enumerate(_sites(ast.parse(source))):
         for variant, (operator, new) in enumerate(_variants(site)):
-            texts = _shown(site.node), _shown(new)
+            texts = _short_code(site.node), _short_code(new)
             scope = ".".join(site.scope) or "module"
-            seen[scope, *texts] = count = seen.get((scope, *texts), 0) + 1
+            counts[scope, *texts] = count = counts.get((scope, *texts), 0) + 1
             lines = _lines(site)
             change = f"{texts[1]} #{count}" if count > 1 else texts[1]
             relative = path.relative_to(root).as_posix()
@@ -107,7 +107,7 @@ def mutants_of(root: Path, path: Path) -> list[Mutant]:
 
 
 def sample(root: Path, paths: Iterable[Path], count: int, seed: int) -> list[Mutant]:
-    """Return that many mutants, all equally likely; the same for the same sources and seed."""
+    """Return a random sample of mutants; the same for the same sources and seed."""
     mutants = [mutant for path in sorted(paths) for mutant in mutants_of(root, path)]
     chosen = random.Random(seed).sample(mutants, min(count, len(mutants)))  # noqa: S311  (no secret)
     return sorted(chosen, key=attrgetter("path", "lines", "node", "variant"))
@@ -122,7 +122,7 @@ def mutated(mutant: Mutant, source: str) -> ast.Module:
     return ast.fix_missing_locations(tree)
 
 
-def _shown(node: ast.AST) -> str:
+def _short_code(node: ast.AST) -> str:
     text = " ".join(ast.unparse(node).split())
     return text if len(text) <= LONGEST else f"{text[: LONGEST - 3]}..."
 
@@ -134,9 +134,9 @@ def _lines(site: _Site) -> tuple[int, int]:
         return site.statement.lineno, site.statement.end_lineno or site.statement.lineno
     if isinstance(site.node, ast.ExceptHandler):
         return site.node.lineno, site.node.end_lineno or site.node.lineno
-    inside = site.node is site.statement  # the test of an if or while
-    last = body[0].lineno - 1 if inside else site.node.end_lineno
-    first = site.statement.lineno if inside else site.node.lineno
+    is_header = site.node is site.statement  # the test of an if or while
+    last = body[0].lineno - 1 if is_header else site.node.end_lineno
+    first = site.statement.lineno if is_header else site.node.lineno
     return first, max(first, last or first)
 
 
@@ -149,21 +149,21 @@ def _walk(
     parent: ast.AST, scope: tuple[str, ...], statement: ast.stmt | None, known_names: set[str]
 ) -> Iterator[_Site]:
     for field, value in ast.iter_fields(parent):
-        if field in _LEFT_ALONE:
+        if field in _UNCHANGED_FIELDS:
             continue
         is_list = isinstance(value, list)
         for index, node in enumerate(value if is_list else [value]):
-            if not isinstance(node, ast.AST) or _decides_nothing(node):
+            if not isinstance(node, ast.AST) or _has_no_effect(node):
                 continue
-            inside, nearest_statement, names = scope, statement, known_names
+            node_scope, nearest_statement, names = scope, statement, known_names
             if isinstance(node, ast.FunctionDef | ast.ClassDef | ast.AsyncFunctionDef):
-                inside, names = (*scope, node.name), set[str]()
+                node_scope, names = (*scope, node.name), set[str]()
             if isinstance(node, ast.stmt):
                 nearest_statement = node
             if nearest_statement is not None:
-                place, before = index if is_list else None, frozenset(known_names)
-                yield _Site(node, parent, field, place, inside, nearest_statement, before)
-            yield from _walk(node, inside, nearest_statement, names)
+                position, before = index if is_list else None, frozenset(known_names)
+                yield _Site(node, parent, field, position, node_scope, nearest_statement, before)
+            yield from _walk(node, node_scope, nearest_statement, names)
             if isinstance(node, ast.Assign | ast.AnnAssign | ast.AugAssign | ast.For):
                 known_names.update(_names(node))
 
@@ -174,7 +174,7 @@ def _names(statement: ast.stmt) -> Iterator[str]:
             yield node.id
 
 
-def _decides_nothing(node: ast.AST) -> bool:
+def _has_no_effect(node: ast.AST) -> bool:
     match node:
         case ast.JoinedStr() | ast.Import() | ast.ImportFrom():
             return True
@@ -190,20 +190,20 @@ def _decides_nothing(node: ast.AST) -> bool:
 
 
 def _variants(site: _Site) -> Iterator[tuple[str, ast.AST]]:
-    """Yield what can stand in a node's place, each with the name of the change."""
+    """Yield the replacements of a node, each with the name of the change."""
     node = site.node
-    yield from _of_expression(node)
-    yield from _of_statement(node, site.known_names)
-    yield from _of_test(node)
+    yield from _expression_variants(node)
+    yield from _statement_variants(node, site.known_names)
+    yield from _condition_variants(node)
     in_filter = isinstance(site.parent, ast.comprehension) and site.field == "ifs"
     if in_filter and not isinstance(node, ast.Compare | ast.UnaryOp):
         yield "negated condition", ast.UnaryOp(ast.Not(), node)
 
 
-def _of_expression(node: ast.AST) -> Iterator[tuple[str, ast.AST]]:
+def _expression_variants(node: ast.AST) -> Iterator[tuple[str, ast.AST]]:
     match node:
         case ast.Compare():
-            yield from _of_comparison(node)
+            yield from _comparison_variants(node)
         case ast.BinOp(left, operator, right) if type(operator) in _ARITHMETIC:
             if not any(map(_is_text, (left, right))):
                 yield "arithmetic", ast.BinOp(left, _ARITHMETIC[type(operator)](), right)
@@ -212,28 +212,28 @@ def _of_expression(node: ast.AST) -> Iterator[tuple[str, ast.AST]]:
         case ast.UnaryOp(ast.USub(), operand):
             yield "sign", operand
         case ast.BoolOp(operator, values):
-            other = ast.And() if isinstance(operator, ast.Or) else ast.Or()
-            yield "and/or", ast.BoolOp(other, values)
+            opposite = ast.And() if isinstance(operator, ast.Or) else ast.Or()
+            yield "and/or", ast.BoolOp(opposite, values)
             for index in range(len(values)):
-                left = [*values[:index], *values[index + 1 :]]
+                remaining = [*values[:index], *values[index + 1 :]]
                 yield (
                     "condition left out",
-                    left[0] if len(left) == 1 else ast.BoolOp(operator, left),
+                    remaining[0] if len(remaining) == 1 else ast.BoolOp(operator, remaining),
                 )
         case ast.Constant(value):
-            yield from (("constant", ast.Constant(other)) for other in _other_numbers(value))
+            yield from (("constant", ast.Constant(number)) for number in _other_numbers(value))
 
 
-def _of_comparison(node: ast.Compare) -> Iterator[tuple[str, ast.AST]]:
+def _comparison_variants(node: ast.Compare) -> Iterator[tuple[str, ast.AST]]:
     for index, operator in enumerate(node.ops):
         for name, table in (("boundary", _BOUNDARY), ("negated comparison", _NEGATED)):
             if type(operator) in table:
-                others = [*node.ops[:index], table[type(operator)](), *node.ops[index + 1 :]]
-                yield name, ast.Compare(node.left, others, node.comparators)
+                operators = [*node.ops[:index], table[type(operator)](), *node.ops[index + 1 :]]
+                yield name, ast.Compare(node.left, operators, node.comparators)
 
 
 def _other_numbers(value: object) -> tuple[bool | float, ...]:
-    """Return what a constant may be changed to; a limit that is doubled might still be met."""
+    """Return replacements of a constant: a limit that is only doubled might still be met."""
     match value:
         case bool():
             return (not value,)
@@ -244,7 +244,9 @@ def _other_numbers(value: object) -> tuple[bool | float, ...]:
     return ()
 
 
-def _of_statement(node: ast.AST, known_names: frozenset[str]) -> Iterator[tuple[str, ast.AST]]:
+def _statement_variants(
+    node: ast.AST, known_names: frozenset[str]
+) -> Iterator[tuple[str, ast.AST]]:
     match node:
         case ast.Expr(ast.Call()):
             yield "call removed", ast.Pass()
@@ -264,14 +266,14 @@ def _of_statement(node: ast.AST, known_names: frozenset[str]) -> Iterator[tuple[
                 yield "except widened", ast.ExceptHandler(wide, name, body)
 
 
-def _of_test(node: ast.AST) -> Iterator[tuple[str, ast.AST]]:
+def _condition_variants(node: ast.AST) -> Iterator[tuple[str, ast.AST]]:
     match node:
         case (
             ast.If(test=ast.Compare() | ast.UnaryOp(op=ast.Not()))
             | ast.While(test=ast.Compare() | ast.UnaryOp(op=ast.Not()) | ast.Constant())
             | ast.IfExp(test=ast.Compare() | ast.UnaryOp(op=ast.Not()))
         ):
-            return  # negated where the comparison stands
+            return  # the comparison itself is negated
         case ast.If(test, body, orelse):
             yield "branch swapped", ast.If(ast.UnaryOp(ast.Not(), test), body, orelse)
         case ast.While(test, body, orelse):
@@ -291,7 +293,7 @@ def _is_none(node: ast.AST) -> bool:
 
 
 def _has_value(target: ast.expr, known_names: frozenset[str]) -> bool:
-    """Return whether the target exists without the assignment; else it would be a NameError."""
+    """Return whether the target has a value without the assignment."""
     match target:
         case ast.Name(name):
             return name in known_names

@@ -1,4 +1,4 @@
-"""Which tests run which lines of the sources, and how long each takes."""
+"""Records which tests run which lines of the sources, and how long each takes."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ Lines = dict[str, set[int]]
 
 @dataclass(frozen=True)
 class RecordedTest:
-    """A test that passed: its time, and what it ran."""
+    """A test that passed, with its time and its lines."""
 
     name: str
     seconds: float
@@ -32,12 +32,12 @@ class RecordedTest:
 
 
 class Recorder:
-    """A plugin of pytest that watches lines; a shared fixture's count for all who use it."""
+    """A pytest plugin that records lines; those of a shared fixture count for all its users."""
 
     def __init__(self, files: Iterable[str]) -> None:
         self._files = frozenset(files)
         self._lines: dict[str, Lines] = defaultdict(lambda: defaultdict(set))
-        self._present = self._lines[""]
+        self._current_lines = self._lines[""]
         self._seconds: dict[str, float] = defaultdict(float)
         self._fixtures: dict[str, set[str]] = {}
         self._fixture_s: dict[str, float] = {}
@@ -58,10 +58,10 @@ class Recorder:
         for name in self._seconds.keys() - self._failed:
             lines: Lines = defaultdict(set)
             shared = self._fixtures.get(name, set())
-            for part in {name, *shared}:
-                for file, numbers in self._lines.get(part, {}).items():
+            for owner in {name, *shared}:
+                for file, numbers in self._lines.get(owner, {}).items():
                     lines[file] |= numbers
-            # Whichever of its users runs first makes a shared fixture.
+            # A shared fixture is made by the first of its users to run.
             fixtures_s = sum(self._fixture_s.get(fixture, 0.0) for fixture in shared)
             tests.append(RecordedTest(name, self._seconds[name] + fixtures_s, dict(lines)))
         return sorted(tests, key=lambda test: (test.seconds, test.name))
@@ -73,15 +73,15 @@ class Recorder:
 
         def trace_lines(frame: Any, event: str, _argument: object) -> Callable[..., Any]:
             if event == "line":
-                self._present[file].add(frame.f_lineno)
+                self._current_lines[file].add(frame.f_lineno)
             return trace_lines
 
         return trace_lines
 
     @pytest.hookimpl(wrapper=True)
     def pytest_runtest_protocol(self, item: pytest.Item) -> Generator[None, object, object]:
-        """Watch for this test."""
-        self._present = self._lines[item.nodeid]
+        """Record the lines of this test."""
+        self._current_lines = self._lines[item.nodeid]
         fixture_info = getattr(item, "_fixtureinfo", None)
         self._fixtures[item.nodeid] = {
             _name(fixture)
@@ -89,29 +89,29 @@ class Recorder:
             for fixture in definitions
             if fixture.scope != "function"
         }
-        sys.settrace(self._trace_calls)  # a test may have ended it
+        sys.settrace(self._trace_calls)  # a test may have reset it
         try:
             return (yield)
         finally:
-            self._present = self._lines[""]
+            self._current_lines = self._lines[""]
 
     @pytest.hookimpl(wrapper=True)
     def pytest_fixture_setup(
         self, fixturedef: pytest.FixtureDef[Any]
     ) -> Generator[None, object, object]:
-        """Watch for a fixture that several tests share."""
-        before, began_s = self._present, time.monotonic()
+        """Record the lines of a fixture that several tests share."""
+        lines_before, began_s = self._current_lines, time.monotonic()
         if fixturedef.scope != "function":
-            self._present = self._lines[_name(fixturedef)]
+            self._current_lines = self._lines[_name(fixturedef)]
         try:
             return (yield)
         finally:
-            self._present = before
+            self._current_lines = lines_before
             if fixturedef.scope != "function":
                 self._fixture_s[_name(fixturedef)] = time.monotonic() - began_s
 
     def pytest_runtest_logreport(self, report: pytest.TestReport) -> None:
-        """Take the time; leave out what did not pass."""
+        """Add the time, and leave out tests that did not pass."""
         self._seconds[report.nodeid] += report.duration
         if report.outcome != "passed" or hasattr(report, "wasxfail"):
             self._failed.add(report.nodeid)
@@ -122,7 +122,7 @@ def _name(fixture: pytest.FixtureDef[Any]) -> str:
 
 
 def record(files: Iterable[str], arguments: list[str]) -> list[RecordedTest]:
-    """Run tests once, and return what each runs; quickest first."""
+    """Run the tests once and return them, fastest first."""
     with Recorder(files) as recorder:
         pytest.main([*arguments, "-q", "--no-header"], plugins=[recorder])
     return recorder.recorded()

@@ -1,9 +1,9 @@
-"""One mutant against its tests, in a process of its own that leaves nothing behind.
+"""Runs the tests of one mutant in a separate process, without leaving files behind.
 
-The change exists in the memory of that process alone; temporary files go with its folder. A changed
-function is put in the place of the original in a process that has collected all tests, which takes
-little beside the tests themselves. What changes a module or a class itself is tried in a process
-that has imported nothing of the sources as yet.
+The change exists only in the memory of that process; temporary files are removed with its folder. A
+changed function replaces the original in a process that has collected all tests, which takes little
+time beside the tests themselves. Changes of a module or a class itself are tried in a process that
+has not yet imported the sources.
 """
 
 from __future__ import annotations
@@ -40,9 +40,9 @@ if TYPE_CHECKING:
     from mutation.record import RecordedTest
 
 KILLED, HUNG, DIED, SURVIVED, UNTESTED = "killed", "hung", "died", "survived", "no test runs it"
-_LOOK_EVERY_S = 0.1
+_POLL_S = 0.1
 _OUTPUT = "output"
-"""The file of what a process prints."""
+"""The file with the output of a process."""
 
 
 @dataclass(frozen=True)
@@ -53,55 +53,55 @@ class Verdict:
     by: str = ""
     tests: int = 0
     output: str = ""
-    """What its process printed."""
+    """The output of its process."""
 
     @property
     def is_found(self) -> bool:
-        """Whether a test noticed the change."""
+        """Whether a test detected the change."""
         return self.outcome in {KILLED, HUNG, DIED}
 
 
 @dataclass(frozen=True)
 class Patience:
-    """When a test takes so long that it has failed: by its time, and so many seconds beyond.
+    """The time limit of a test: a multiple of its recorded time, plus some seconds.
 
-    A loop without an end is found by the processor time of the test, which does not depend on what
-    else the machine does. One that waits uses none: the clock gives it ten times the seconds.
+    An endless loop is detected by the processor time of the test, which does not depend on the load
+    of the machine. A test that waits uses none; it has ten times the seconds by the clock.
     """
 
     times: float
     more_s: float
     between_s: float = 300.0
-    """For collecting tests, and for what follows upon the last."""
+    """For the collection of tests, and for the time after the last."""
 
     def busy_s(self, test: RecordedTest) -> float:
-        """Return how much processor time a test may take."""
+        """Return the maximum processor time of a test."""
         return self.times * test.seconds + self.more_s
 
     def waiting_s(self, test: RecordedTest) -> float:
-        """Return how long a test may take by the clock."""
+        """Return the maximum time of a test by the clock."""
         return self.times * test.seconds + 10.0 * self.more_s
 
 
 @dataclass(frozen=True)
 class Change:
-    """A module, the file that it is in, and the tree that it is made of instead."""
+    """A module, its file, and its changed tree."""
 
     module: str
     path: Path
     tree: ast.Module
 
     def code(self) -> CodeType:
-        """Return what the module is made of."""
+        """Return the code of the changed module."""
         return compile(self.tree, str(self.path), "exec", dont_inherit=True)
 
     def functions(self) -> list[tuple[CodeType, CodeType]] | None:
-        """Return the functions that differ, old and new; None where more than functions does."""
+        """Return the functions that differ, old and new; None if other code differs too."""
         source = self.path.read_bytes()
-        return _differing(compile(source, str(self.path), "exec", dont_inherit=True), self.code())
+        return _differences(compile(source, str(self.path), "exec", dont_inherit=True), self.code())
 
 
-def _differing(old: CodeType, new: CodeType) -> list[tuple[CodeType, CodeType]] | None:
+def _differences(old: CodeType, new: CodeType) -> list[tuple[CodeType, CodeType]] | None:
     changed: list[tuple[CodeType, CodeType]] = []
     if old.co_code != new.co_code or len(old.co_consts) != len(new.co_consts):
         return None
@@ -112,10 +112,10 @@ def _differing(old: CodeType, new: CodeType) -> list[tuple[CodeType, CodeType]] 
         elif old_const.co_flags & inspect.CO_OPTIMIZED:
             if old_const != new_const:
                 changed.append((old_const, new_const))
-        elif (inside := _differing(old_const, new_const)) is None:  # the body of a class
+        elif (nested := _differences(old_const, new_const)) is None:  # the body of a class
             return None
         else:
-            changed += inside
+            changed += nested
     return changed if old.co_names == new.co_names else None
 
 
@@ -124,12 +124,12 @@ class _ChangedLoader(SourceFileLoader):
         super().__init__(change.module, str(change.path))
         self._change = change
 
-    def get_code(self, fullname: str) -> CodeType:  # noqa: ARG002  (the one that it was made for)
+    def get_code(self, fullname: str) -> CodeType:  # noqa: ARG002  (a loader of one module)
         return self._change.code()
 
 
 class _Finder(MetaPathFinder):
-    """Finds the changed module before its file is found."""
+    """Finds the changed module instead of its file."""
 
     def __init__(self, change: Change) -> None:
         self._change = change
@@ -145,39 +145,39 @@ class _Finder(MetaPathFinder):
 
 
 class _Reporting:
-    """A plugin of pytest that tells which test is run, and whether it failed."""
+    """A pytest plugin that reports which test runs, and whether it failed."""
 
-    tell: Callable[[str], None]
+    report: Callable[[str], None]
 
     def pytest_runtest_logstart(self, nodeid: str) -> None:
-        self.tell(f"begun {nodeid}")
+        self.report(f"begun {nodeid}")
 
     def pytest_runtest_logfinish(self, nodeid: str) -> None:
-        self.tell(f"ended {nodeid}")
+        self.report(f"ended {nodeid}")
 
     def pytest_runtest_logreport(self, report: pytest.TestReport) -> None:
         if report.failed:
-            self.tell(f"failed {report.nodeid}")
+            self.report(f"failed {report.nodeid}")
 
 
 class _Selection(_Reporting):
     """Runs the chosen tests in their order."""
 
-    def __init__(self, names: Sequence[str], tell: Callable[[str], None]) -> None:
-        self._place = {name: number for number, name in enumerate(names)}
-        self.tell = tell
+    def __init__(self, names: Sequence[str], report: Callable[[str], None]) -> None:
+        self._order = {name: number for number, name in enumerate(names)}
+        self.report = report
 
     @pytest.hookimpl(trylast=True)
     def pytest_collection_modifyitems(self, items: list[pytest.Item]) -> None:
-        items[:] = [item for item in items if item.nodeid in self._place]
-        items.sort(key=lambda item: self._place[item.nodeid])
+        items[:] = [item for item in items if item.nodeid in self._order]
+        items.sort(key=lambda item: self._order[item.nodeid])
 
 
-def try_anew(change: Change, tests: Sequence[RecordedTest], patience: Patience) -> Verdict:
+def try_module(change: Change, tests: Sequence[RecordedTest], patience: Patience) -> Verdict:
     """Run the tests until one fails, with the sources imported again."""
     names = [test.name for test in tests]
 
-    def work(tell: Callable[[str], None], folder: Path) -> int:
+    def work(report: Callable[[str], None], folder: Path) -> int:
         sys.dont_write_bytecode = True
         sys.meta_path.insert(0, _Finder(change))
         files = dict.fromkeys(name.split("::")[0] for name in names)
@@ -190,13 +190,13 @@ def try_anew(change: Change, tests: Sequence[RecordedTest], patience: Patience) 
             "no:cacheprovider",
             f"--basetemp={folder / 'pytest'}",
         ]
-        return int(pytest.main([*options, *files], plugins=[_Selection(names, tell)]))
+        return int(pytest.main([*options, *files], plugins=[_Selection(names, report)]))
 
-    return _in_child(work, tests, patience)
+    return _run_in_child(work, tests, patience)
 
 
 class Collected(_Reporting):
-    """A plugin of pytest that collects all tests, and leaves it to `use` which of them are run."""
+    """A pytest plugin that collects all tests and calls `use`, which runs some of them."""
 
     def __init__(self, use: Callable[[Collected], None]) -> None:
         self._use = use
@@ -204,12 +204,12 @@ class Collected(_Reporting):
         self._functions: dict[tuple[str, str, int], list[FunctionType]] = defaultdict(list)
 
     def pytest_runtestloop(self, session: pytest.Session) -> bool:
-        """Look up what is there, and hand over."""
+        """Find all functions, and call `use`."""
         self._items = {item.nodeid: item for item in session.items}
         gc.unfreeze()
-        for thing in gc.get_objects():
-            if isinstance(thing, FunctionType):
-                self._functions[_place(thing.__code__)].append(thing)
+        for item in gc.get_objects():
+            if isinstance(item, FunctionType):
+                self._functions[_location(item.__code__)].append(item)
         gc.freeze()
         self._use(self)
         return True
@@ -220,28 +220,28 @@ class Collected(_Reporting):
         tests: Sequence[RecordedTest],
         patience: Patience,
     ) -> Verdict:
-        """Run the tests until one fails, with other functions in the place of some."""
-        if not all(self._functions[_place(old)] for old, _ in changed):
+        """Run the tests until one fails, with changed functions."""
+        if not all(self._functions[_location(old)] for old, _ in changed):
             return Verdict(UNTESTED)
         chosen = [self._items[test.name] for test in tests if test.name in self._items]
 
-        def work(tell: Callable[[str], None], _: Path) -> int:
-            self.tell = tell
+        def work(report: Callable[[str], None], _: Path) -> int:
+            self.report = report
             for old, new in changed:
-                for function in self._functions[_place(old)]:
+                for function in self._functions[_location(old)]:
                     function.__code__ = new
             for item, following in zip(chosen, [*chosen[1:], None], strict=True):
                 item.ihook.pytest_runtest_protocol(item=item, nextitem=following)
             return 0
 
-        return _in_child(work, tests, patience)
+        return _run_in_child(work, tests, patience)
 
 
-def _place(code: CodeType) -> tuple[str, str, int]:
+def _location(code: CodeType) -> tuple[str, str, int]:
     return code.co_filename, code.co_qualname, code.co_firstlineno
 
 
-def _in_child(
+def _run_in_child(
     work: Callable[[Callable[[str], None], Path], int],
     tests: Sequence[RecordedTest],
     patience: Patience,
@@ -249,26 +249,26 @@ def _in_child(
     if not tests:
         return Verdict(UNTESTED)
     folder = Path(tempfile.mkdtemp(prefix="mutant-"))
-    reads, writes = os.pipe()
+    read_end, write_end = os.pipe()
     sys.stdout.flush()
     child = os.fork()
     if child == 0:
-        os.close(reads)
-        _be_child(work, folder, writes)
-    os.close(writes)
+        os.close(read_end)
+        _child_main(work, folder, write_end)
+    os.close(write_end)
     try:
-        verdict = _watch(child, reads, tests, patience)
+        verdict = _watch(child, read_end, tests, patience)
         output = (folder / _OUTPUT).read_text(encoding="utf-8", errors="replace")
         return replace(verdict, output=output)
     finally:
-        os.close(reads)
+        os.close(read_end)
         shutil.rmtree(folder, ignore_errors=True)
 
 
-def _be_child(
-    work: Callable[[Callable[[str], None], Path], int], folder: Path, writes: int
+def _child_main(
+    work: Callable[[Callable[[str], None], Path], int], folder: Path, write_end: int
 ) -> None:
-    os.setsid()  # so that its threads and programs end with it
+    os.setsid()  # so that its threads and programs can be ended together
     status = 70
     try:
         os.environ.update(TMPDIR=str(folder), RIGRUNNER_LOCKS=str(folder), HOME=str(folder))
@@ -276,7 +276,7 @@ def _be_child(
         output = os.open(folder / _OUTPUT, os.O_RDWR | os.O_CREAT)
         for number, file in enumerate((os.open(os.devnull, os.O_RDONLY), output, output)):
             os.dup2(file, number)
-        status = work(lambda text: os.write(writes, f"{text}\n".encode()) and None, folder)
+        status = work(lambda text: os.write(write_end, f"{text}\n".encode()) and None, folder)
     except BaseException:  # noqa: BLE001  (a mutant may raise anything)
         traceback.print_exc()
     finally:
@@ -285,20 +285,20 @@ def _be_child(
         os._exit(status)
 
 
-def _watch(child: int, reads: int, tests: Sequence[RecordedTest], patience: Patience) -> Verdict:
-    """Return what the child says; end it once a test failed or takes too long."""
+def _watch(child: int, read_end: int, tests: Sequence[RecordedTest], patience: Patience) -> Verdict:
+    """Return the verdict of the child; end it when a test fails or takes too long."""
     tests_by_name = {test.name: test for test in tests}
     process = psutil.Process(child)
-    test, unfinished, began = "", b"", set[str]()
-    until_s, until_busy_s = time.monotonic() + patience.between_s, inf
+    test, unfinished, begun = "", b"", set[str]()
+    deadline_s, busy_deadline_s = time.monotonic() + patience.between_s, inf
     while True:
-        ready, _, _ = select.select([reads], [], [], _LOOK_EVERY_S)
+        ready, _, _ = select.select([read_end], [], [], _POLL_S)
         if not ready:
-            if time.monotonic() < until_s and _busy_s(process) < until_busy_s:
+            if time.monotonic() < deadline_s and _busy_s(process) < busy_deadline_s:
                 continue
             _end(child, within_s=0.0)
-            return Verdict(HUNG, test, len(began))
-        piece = os.read(reads, 65536)
+            return Verdict(HUNG, test, len(begun))
+        piece = os.read(read_end, 65536)
         if not piece:
             break
         *lines, unfinished = (unfinished + piece).split(b"\n")
@@ -306,17 +306,17 @@ def _watch(child: int, reads: int, tests: Sequence[RecordedTest], patience: Pati
             kind, _, name = line.decode().partition(" ")
             if kind == "failed":
                 _end(child, within_s=0.0)
-                return Verdict(KILLED, name, len(began))
+                return Verdict(KILLED, name, len(begun))
             test = name
-            began.add(name)
-            until_s, until_busy_s = time.monotonic() + patience.between_s, inf
+            begun.add(name)
+            deadline_s, busy_deadline_s = time.monotonic() + patience.between_s, inf
             if kind == "begun":
-                until_s = time.monotonic() + patience.waiting_s(tests_by_name[name])
-                until_busy_s = _busy_s(process) + patience.busy_s(tests_by_name[name])
+                deadline_s = time.monotonic() + patience.waiting_s(tests_by_name[name])
+                busy_deadline_s = _busy_s(process) + patience.busy_s(tests_by_name[name])
     code = _end(child, within_s=1.0)
-    if code == 0 and len(began) == len(tests):
-        return Verdict(SURVIVED, "", len(began))
-    return Verdict(DIED, test, len(began))
+    if code == 0 and len(begun) == len(tests):
+        return Verdict(SURVIVED, "", len(begun))
+    return Verdict(DIED, test, len(begun))
 
 
 def _busy_s(process: psutil.Process) -> float:
@@ -326,9 +326,9 @@ def _busy_s(process: psutil.Process) -> float:
 
 def _end(child: int, *, within_s: float) -> int:
     """End a process and all that it started; return its exit code, negative for a signal."""
-    until_s = time.monotonic() + within_s
+    deadline_s = time.monotonic() + within_s
     ended_pid, status = os.waitpid(child, os.WNOHANG)
-    while not ended_pid and time.monotonic() < until_s:
+    while not ended_pid and time.monotonic() < deadline_s:
         time.sleep(0.01)
         ended_pid, status = os.waitpid(child, os.WNOHANG)
     with suppress(ProcessLookupError):

@@ -1,11 +1,11 @@
-"""Microseconds per set-point in other projects: set, read, check a limit, keep in their own way.
+"""Microseconds per set-point in other projects: set, read, check a limit, store.
 
     python setpoints.py WAY POINTS TIMES FOLDER
 
-Prints a JSON list, one number for each time; the first time, which warms caches, is left out.
+Prints a JSON list, one number for each time; the first, which warms caches, is left out.
 """
 
-# ruff: noqa: PLC0415, T201  (each way imports its own project alone; the numbers are printed)
+# ruff: noqa: PLC0415, T201  (each way imports only its project; the numbers are printed)
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ HIGHEST_N, LIMIT_NM = 2000.0, 3.0
 
 
 class Press:
-    """The device that all are measured with: it does nothing but remember."""
+    """The device of all ways, which only remembers its set-point."""
 
     def __init__(self):
         self._load_n = 0.0
@@ -59,18 +59,18 @@ def bluesky(points, folder):
     engine = RunEngine({}, context_managers=[])
     with (folder / "documents.jsonl").open("w", encoding="utf-8") as file:
 
-        def keep(name, document):
+        def write(name, document):
             file.write(json.dumps([name, document], default=str) + "\n")
             file.flush()
 
-        engine.subscribe(keep)
+        engine.subscribe(write)
         began = time.perf_counter()
         engine(plan())
         return time.perf_counter() - began
 
 
 def openhtf_dimensioned(points, folder):
-    """One phase with one measurement of so many points and a validator; its JSON at the end."""
+    """One phase with one measurement of all points and a validator; its JSON at the end."""
     import openhtf
 
     press = Press()
@@ -139,17 +139,17 @@ def pymeasure(points, folder):
 
     path = folder / "results.csv"
     worker = Worker(Results(Sweep(), str(path)))
-    begun = time.perf_counter()
+    began = time.perf_counter()
     worker.start()
     worker.join(600)
-    took = time.perf_counter() - begun
+    seconds = time.perf_counter() - began
     lines = path.read_text(encoding="utf-8").splitlines()
     assert sum(not line.startswith("#") for line in lines) == points + 1
-    return took
+    return seconds
 
 
 def qcodes(points, folder):
-    """A data set in SQLite, written as often as it does by itself: every five seconds."""
+    """A data set in SQLite, written at its default interval of five seconds."""
     return _qcodes(points, folder, flush=False)
 
 
@@ -250,9 +250,9 @@ def main():
     work = next(function for function in WAYS if function.__name__ == way)
     microseconds = []
     for number in range(int(times) + 1):
-        place = Path(folder) / f"{way}{number}"
-        place.mkdir(parents=True)
-        microseconds.append(1e6 * work(int(points), place) / int(points))
+        way_folder = Path(folder) / f"{way}{number}"
+        way_folder.mkdir(parents=True)
+        microseconds.append(1e6 * work(int(points), way_folder) / int(points))
     print(json.dumps(microseconds[1:]))
 
 

@@ -1,4 +1,4 @@
-"""Prints how many milliseconds `python -m MODULE --help` takes in this environment, TIMES times."""
+"""Prints the milliseconds of `python -m MODULE --help` in this environment, TIMES times."""
 
 import importlib.util
 import json

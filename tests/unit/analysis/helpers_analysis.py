@@ -1,4 +1,4 @@
-"""Runs of exactly known content, and the analysis as a procedure asks for it."""
+"""Runs of exactly known content, and their analysis with the settings of a procedure."""
 
 from __future__ import annotations
 
@@ -62,7 +62,7 @@ def instrument(
 def recording(peaks_nm, frequency_hz=10.0, *, load_n=1000.0, zero_nm=0.0, lead=0.4) -> Recording:
     """Return a recording whose cycle k has the torque peaks_nm[k] * cos(phi - 60 deg).
 
-    It starts `lead` of a cycle early and ends as much late, so that len(peaks_nm) are whole.
+    It starts `lead` of a cycle early and ends as much late, so that len(peaks_nm) are complete.
     """
     count = len(peaks_nm)
     turns = np.arange(-lead, count + lead, frequency_hz / RATE_HZ)
@@ -87,7 +87,7 @@ def run_of(*recordings, **changes) -> RunData:
 
 
 def swing_point(peaks_nm, frequency_hz, *, load_n=1000.0) -> SwingPoint:
-    """Return a prepared point with those peaks, for peak methods."""
+    """Return a prepared point with these peaks, for peak methods."""
     peaks = np.asarray(peaks_nm, float)
     is_kept = np.ones(len(peaks), bool)
     phase = np.arange(8) * np.pi / 4

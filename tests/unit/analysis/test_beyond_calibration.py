@@ -1,4 +1,4 @@
-"""Which channels have readings beyond the range of their calibration."""
+"""Channels with readings beyond the range of their calibration."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from rigrunner.analysis.analyse import _beyond_calibration
 
 
 class Calibrated:
-    """A channel that was calibrated from 0 to 10."""
+    """A channel with a calibration from 0 to 10."""
 
     def __init__(self, channel, quantity):
         self.channel = channel
@@ -48,27 +48,27 @@ def excesses(rows=(), recordings=(), *, quantity="pressure", zero=0.0):
     return beyond, {name: channel.checked for name, channel in channels.items()}
 
 
-def test_single_values_and_samples_of_a_channel_count_together():
+def test_range_covers_single_values_and_samples():
     beyond, checked = excesses([{"rig.force": 3.0}, {"rig.force": 5.0}], [[1.0, 12.0], [-2.0, 4.0]])
     assert checked == {"rig.force": [(-2.0, 12.0, "kN")], "rig.depth": []}
     assert beyond == [("rig.force", "-2 to 12 kN")]
 
 
-def test_statistics_of_samples_that_are_not_kept_count():
+def test_statistics_of_samples_are_checked():
     beyond, _ = excesses(
         [{"rig.force.minimum": -1.0, "rig.force.maximum": 4.0, "rig.force.rms": 20.0}]
     )
     assert beyond == [("rig.force", "-1 to 4 N")]
 
 
-def test_what_lies_within_the_range_and_what_was_not_read_is_not_named():
+def test_channels_within_range_or_without_readings_are_not_reported():
     beyond, checked = excesses([{"rig.force": 0.0}, {"rig.depth": 10.0}])
     assert beyond == []
     assert checked == {"rig.force": [(0.0, 0.0, "N")], "rig.depth": [(10.0, 10.0, "N")]}
     assert excesses([], [[]]) == ([], {"rig.force": [], "rig.depth": []})
 
 
-def test_a_force_counts_less_its_zero_and_a_pressure_as_it_was_read():
+def test_zero_is_subtracted_from_a_force_but_not_from_a_pressure():
     _, checked = excesses([{"rig.force": 12.0}], [[7.0, 14.0]], quantity="force", zero=5.0)
     assert checked["rig.force"] == [(2.0, 9.0, "kN")]
     _, checked = excesses([{"rig.force": 12.0}], [[7.0, 14.0]], zero=5.0)

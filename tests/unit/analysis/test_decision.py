@@ -33,7 +33,7 @@ def limit(maximum="0.95 N·m", **changes):
     return mean | {"measurand": AT_REVERSAL} | changes
 
 
-def each(maximum="0.95 N·m", **changes):
+def each_frequency(maximum="0.95 N·m", **changes):
     return limit(maximum, mean=False, each="frequency") | changes
 
 
@@ -50,9 +50,9 @@ def decide(acceptance, results):
 
 
 def result_at(value, u, raw, hz=None):
-    place = {} if hz is None else {"frequency": CoordinateValue(hz, "Hz")}
+    coordinates = {} if hz is None else {"frequency": CoordinateValue(hz, "Hz")}
     return MeasurementResult(
-        of=TORQUE, estimate=Estimate(value, u), coordinates=place, uncorrected=raw
+        of=TORQUE, estimate=Estimate(value, u), coordinates=coordinates, uncorrected=raw
     )
 
 
@@ -73,7 +73,7 @@ def evidence(mean=0.5, *, u=0.05, problem="", points=None, loads=(1000.0,), kind
 
 @pytest.mark.parametrize("value", [0.0, -0.1, nan])
 @pytest.mark.parametrize("rule", ["simple", "guard_band_u", "non_binary"])
-def test_a_torque_that_is_not_positive_decides_nothing(value, rule):
+def test_torque_that_is_not_positive_is_inconclusive(value, rule):
     decision = decide(accept(limit(), rule=rule), evidence(value))
     assert decision.verdict is Verdict.INCONCLUSIVE
     assert decision.reason.endswith("N·m is not a friction torque: friction does not drive.")
@@ -81,7 +81,7 @@ def test_a_torque_that_is_not_positive_decides_nothing(value, rule):
 
 @pytest.mark.parametrize("u", [0.0, nan, inf])
 @pytest.mark.parametrize("rule", ["simple", "guard_band_u"])
-def test_a_missing_uncertainty_decides_nothing(u, rule):
+def test_missing_uncertainty_is_inconclusive(u, rule):
     decision = decide(accept(limit(), rule=rule), evidence(u=u))
     assert decision.verdict is Verdict.INCONCLUSIVE
     assert decision.reason == "The uncertainty of the result is not known."
@@ -91,22 +91,22 @@ def test_a_missing_uncertainty_decides_nothing(u, rule):
     assert isnan(decision.deciding.guard_band)
 
 
-def test_what_forbids_to_decide_is_the_reason():
+def test_problem_of_the_evidence_is_the_reason():
     decision = decide(accept(limit()), evidence(problem="The check 'clipping' failed: 5 Hz."))
     assert decision.verdict is Verdict.INCONCLUSIVE
     assert decision.reason == "The check 'clipping' failed: 5 Hz."
     assert isnan(decision.deciding.probability)
-    assert decision.deciding.result == Estimate(0.5, 0.05), "shown all the same"
+    assert decision.deciding.result == Estimate(0.5, 0.05), "shown nevertheless"
 
 
-def test_the_raw_torque_is_judged_by_the_same_rule():
+def test_raw_torque_is_judged_by_the_same_rule():
     decision = decide(accept(limit(), rule="simple"), evidence())
     assert (decision.verdict, decision.deciding.uncompensated) == (Verdict.PASS, Verdict.FAIL)
-    without = decide(accept(limit()), evidence(raw=None))
-    assert without.deciding.uncompensated is Verdict.INCONCLUSIVE
+    without_raw = decide(accept(limit()), evidence(raw=None))
+    assert without_raw.deciding.uncompensated is Verdict.INCONCLUSIVE
 
 
-def test_the_decision_says_all_that_a_certificate_needs():
+def test_decision_has_the_details_of_a_certificate():
     decision = decide(accept(limit(min="0.2 N·m")), evidence())
     assert decision.rule.startswith("guard_band_u: guard band w = U of 95 %")
     assert str(decision.deciding.limits) == "0.2 N·m to 0.95 N·m"
@@ -119,80 +119,80 @@ def test_the_decision_says_all_that_a_certificate_needs():
     assert [part.of for part in decision.parts] == ["mean"]
 
 
-def test_each_frequency_is_judged_and_the_worst_decides():
-    decision = decide(accept(each()), evidence(points={1: 0.5, 35: 1.2, 20: 0.7}))
+def test_worst_frequency_decides():
+    decision = decide(accept(each_frequency()), evidence(points={1: 0.5, 35: 1.2, 20: 0.7}))
     assert [part.verdict for part in decision.parts] == [Verdict.PASS, Verdict.FAIL, Verdict.PASS]
     assert (decision.verdict, decision.deciding.of) == (Verdict.FAIL, "35 Hz")
     assert decision.reason == "At 35 Hz: outside the limit ≤ 0.95 N·m by 0.2500 N·m."
     assert decision.deciding.result == Estimate(1.2, 0.05)
 
 
-def test_a_frequency_that_is_named_has_its_own_limit():
-    limits = each(**{"except": at(35)}), each("1.5 N·m", where=at(35))
+def test_named_frequency_has_its_own_limit():
+    limits = each_frequency(**{"except": at(35)}), each_frequency("1.5 N·m", where=at(35))
     decision = decide(accept(*limits), evidence(points={1: 0.5, 35: 1.2}))
     assert decision.verdict is Verdict.PASS
     assert [str(part.limits) for part in decision.parts] == ["≤ 0.95 N·m", "≤ 1.5 N·m"]
 
 
-def test_mean_and_frequencies_have_limits_of_their_own():
-    limits = limit("0.6 N·m"), each()
+def test_mean_and_frequencies_have_separate_limits():
+    limits = limit("0.6 N·m"), each_frequency()
     decision = decide(accept(*limits, rule="simple"), evidence(0.65, points={1: 0.5, 35: 0.8}))
     assert [part.of for part in decision.parts] == ["mean", "1 Hz", "35 Hz"]
     assert (decision.verdict, decision.deciding.of) == (Verdict.FAIL, "mean")
     assert decision.reason.startswith("The mean: outside the limit ≤ 0.6 N·m by 0.0500 N·m.")
 
 
-def test_among_equal_verdicts_the_least_probable_decides():
-    decision = decide(accept(each()), evidence(points={1: 0.5, 35: 0.8, 20: 0.7}))
+def test_least_probable_of_equal_verdicts_decides():
+    decision = decide(accept(each_frequency()), evidence(points={1: 0.5, 35: 0.8, 20: 0.7}))
     assert (decision.verdict, decision.deciding.of) == (Verdict.PASS, "35 Hz")
 
 
-def test_a_fail_outweighs_what_is_inconclusive():
-    decision = decide(accept(each()), evidence(points={1: -0.5, 35: 1.8}))
+def test_fail_outweighs_inconclusive():
+    decision = decide(accept(each_frequency()), evidence(points={1: -0.5, 35: 1.8}))
     assert {part.verdict for part in decision.parts} == {Verdict.INCONCLUSIVE, Verdict.FAIL}
     assert decision.verdict is Verdict.FAIL
-    decision = decide(accept(each()), evidence(points={1: -0.5, 35: 0.4}))
+    decision = decide(accept(each_frequency()), evidence(points={1: -0.5, 35: 0.4}))
     assert decision.verdict is Verdict.INCONCLUSIVE
 
 
-def test_a_named_frequency_without_result_is_inconclusive():
-    limits = limit(), each("1.5 N·m", where=at(35))
+def test_named_frequency_without_result_is_inconclusive():
+    limits = limit(), each_frequency("1.5 N·m", where=at(35))
     decision = decide(accept(*limits), evidence(points={1: 0.5}))
     assert decision.verdict is Verdict.INCONCLUSIVE
     assert decision.reason == "At 35 Hz: there is no result at 35 Hz."
 
 
-def test_no_result_at_all_is_inconclusive_and_says_why():
-    nothing = evidence(None, problem="There is no result to decide on: it failed")
-    for value_limit in (limit(), each(), each(where=at(35))):
-        decision = decide(accept(value_limit), nothing)
+def test_no_result_is_inconclusive_with_its_reason():
+    no_results = evidence(None, problem="There is no result to decide on: it failed")
+    for value_limit in (limit(), each_frequency(), each_frequency(where=at(35))):
+        decision = decide(accept(value_limit), no_results)
         assert decision.verdict is Verdict.INCONCLUSIVE
         assert "it failed" in decision.reason
         assert isnan(decision.deciding.probability)
 
 
 def no_result_at(hz):
-    place = {"frequency": CoordinateValue(hz, "Hz")}
-    return MissingResult(of=TORQUE, coordinates=place, why="it clips")
+    coordinates = {"frequency": CoordinateValue(hz, "Hz")}
+    return MissingResult(of=TORQUE, coordinates=coordinates, why="it clips")
 
 
 @pytest.mark.parametrize("kind", ["of the analysis", "of some places", "without a value"])
-def test_the_limit_of_a_mean_stands_before_those_of_its_places_wherever_it_was_written(kind):
+def test_limit_of_the_mean_comes_before_those_of_frequencies(kind):
     own_mean = 0.7 if kind == "of the analysis" else None
     results = evidence(own_mean, points={1: 0.5, 20: 0.7, 35: 0.9})
     mean = limit("0.6 N·m", **({"except": at(35)} if kind == "of some places" else {}))
     if kind == "without a value":
         results = replace(results, missing=(no_result_at(50),))
-    decision = decide(accept(each(where=at(1, 20, 35)), mean), results)
+    decision = decide(accept(each_frequency(where=at(1, 20, 35)), mean), results)
     assert [part.of for part in decision.parts] == ["mean", "1 Hz", "20 Hz", "35 Hz"]
     value = {"of the analysis": 0.7, "of some places": pytest.approx(0.6)}.get(kind)
     result = decision.parts[0].result
     assert (result and result.value) == value
 
 
-def test_a_place_without_a_value_is_named_whatever_stands_before_it():
+def test_all_places_without_a_value_are_reported():
     results = replace(evidence(points={1: 0.5}), missing=(no_result_at(20), no_result_at(35)))
-    decision = decide(accept(each()), results)
+    decision = decide(accept(each_frequency()), results)
     assert [part.of for part in decision.parts] == [
         "1 Hz", "torque at frequency = 20 Hz", "torque at frequency = 35 Hz",
     ]  # fmt: skip
@@ -209,7 +209,7 @@ BREAKAWAY = limit(
 )
 
 
-def test_a_no_load_breakaway_limit_says_nothing_of_a_loaded_swing():
+def test_no_load_breakaway_limit_does_not_apply_to_a_loaded_swing():
     decision = decide(accept(BREAKAWAY), evidence())
     assert decision.verdict is Verdict.INCONCLUSIVE
     assert decision.reason == (
@@ -219,7 +219,7 @@ def test_a_no_load_breakaway_limit_says_nothing_of_a_loaded_swing():
     assert isnan(decision.deciding.probability)
 
 
-def test_a_result_without_a_record_of_its_analysis_is_held_against_the_limit_too():
+def test_result_without_analysis_details_is_compared_with_its_limit():
     depth = MeasurementResult(of=TORQUE, estimate=Estimate(0.5, 0.05))
     results = Evidence(results=(depth,))
     assert decide(accept(limit(mean=False)), results).verdict is Verdict.PASS
@@ -233,24 +233,24 @@ def test_a_result_without_a_record_of_its_analysis_is_held_against_the_limit_too
         assert decision.reason.startswith(words)
 
 
-def test_a_marginal_verdict_is_marked():
+def test_marginal_verdict_is_marked():
     acceptance = accept(limit(), rule="simple", marginal="0.02 N·m")
     assert decide(acceptance, evidence(0.94)).deciding.marginal
     assert not decide(acceptance, evidence(0.90)).deciding.marginal
 
 
 @pytest.mark.parametrize(("value", "verdict"), [(0.95, Verdict.PASS), (0.950001, Verdict.FAIL)])
-def test_a_value_at_its_limit_is_within_it(value, verdict):
-    """A tolerance interval has its ends (JCGM 106, 3.3.5)."""
+def test_value_at_its_limit_passes(value, verdict):
+    """A tolerance interval includes its ends (JCGM 106, 3.3.5)."""
     assert decide(accept(limit(), rule="simple"), evidence(value)).verdict is verdict
 
 
-def test_what_is_not_decided_is_not_marginal():
+def test_inconclusive_decision_is_not_marginal():
     acceptance = accept(limit(), rule="simple", marginal="0.02 N·m")
     assert not decide(acceptance, evidence(0.94, problem="A check failed.")).deciding.marginal
 
 
-def test_without_a_result_and_without_a_reason_nothing_is_decided():
+def test_missing_result_without_a_reason_is_inconclusive():
     decision = decide(accept(limit()), evidence(mean=None))
     assert decision.verdict is Verdict.INCONCLUSIVE
     assert decision.reason == "There is no result 'torque'."
@@ -258,7 +258,7 @@ def test_without_a_result_and_without_a_reason_nothing_is_decided():
 
 @dataclass(frozen=True)
 class Depth(AnalysisDetails):
-    """What a stranger's analysis of wear says of its results."""
+    """The details of a third-party analysis of wear."""
 
     corrects = True
 
@@ -269,7 +269,7 @@ class Depth(AnalysisDetails):
         return "" if limited is None else "Wear has no nature."
 
 
-def test_a_stranger_s_analysis_says_what_is_no_value_of_its_result():
+def test_third_party_details_can_reject_a_value():
     wear = ResultDefinition(name="wear", unit="mm")
     wear_acceptance = accept({"of": "wear", "max": "1 mm", "source": "a test"}, rule="simple")
 
@@ -280,16 +280,16 @@ def test_a_stranger_s_analysis_says_what_is_no_value_of_its_result():
         return decide(wear_acceptance, Evidence(results=(result,), details=details))
 
     raw = Estimate(1.5, 0.1, inf, "mm")
-    wrong = decision_on(-0.5, raw, {"wear": Depth()})
-    assert wrong.verdict is Verdict.INCONCLUSIVE
-    assert wrong.reason == "At wear: -0.5 mm is no depth."
-    right = decision_on(0.5, raw, {"wear": Depth()})
-    assert (right.verdict, right.deciding.uncompensated) == (Verdict.PASS, Verdict.FAIL)
+    negative = decision_on(-0.5, raw, {"wear": Depth()})
+    assert negative.verdict is Verdict.INCONCLUSIVE
+    assert negative.reason == "At wear: -0.5 mm is no depth."
+    positive = decision_on(0.5, raw, {"wear": Depth()})
+    assert (positive.verdict, positive.deciding.uncompensated) == (Verdict.PASS, Verdict.FAIL)
     assert decision_on(-0.5, raw, {}).verdict is Verdict.PASS
 
 
-def test_a_gain_cancels_in_the_mean_of_values_of_both_signs():
-    """Of -5 V and 5 V the gain's errors are opposite; an offset is the same in both."""
+def test_shared_gain_error_cancels_in_a_mean_of_opposite_signs():
+    """At -5 V and 5 V the errors of the gain are opposite, those of an offset equal."""
     y = ResultDefinition(name="y", unit="V")
 
     def result(value, *, shared=True):
@@ -302,12 +302,12 @@ def test_a_gain_cancels_in_the_mean_of_values_of_both_signs():
 
     assert mean_of([result(-5.0), result(5.0)]).u == pytest.approx(0.001)
     assert mean_of([result(-3.0), result(5.0)]).u == pytest.approx(hypot(0.01, 0.001))
-    apart = mean_of([result(-5.0, shared=False), result(5.0, shared=False)])
-    assert apart.u == pytest.approx(hypot(0.05, 0.001))
+    independent = mean_of([result(-5.0, shared=False), result(5.0, shared=False)])
+    assert independent.u == pytest.approx(hypot(0.05, 0.001))
 
 
-def test_a_mean_has_no_uncertainty_where_one_of_its_results_has_no_budget():
-    """U of the mean of two was half that of the one whose budget is known."""
+def test_mean_has_no_uncertainty_if_a_result_has_no_budget():
+    """Otherwise U of the mean of two would be half that of the one with a budget."""
     gain = ResultDefinition(name="gain", unit="V")
     line = Component("reading", 0.1, inf, "normal", common=True)
     complete = MeasurementResult(of=gain, estimate=Estimate(1.0, 0.1, unit="V"), components=(line,))

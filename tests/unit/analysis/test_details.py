@@ -1,4 +1,4 @@
-"""What an analysis keeps besides its results, as documents take it from any analysis."""
+"""The details that any analysis may add to its results, and their use in documents."""
 
 from __future__ import annotations
 
@@ -29,17 +29,17 @@ from rigrunner.procedure import Acceptance, AnalysisRef, Measurand
 from rigrunner.registry import Plugin, Provider, Registry, load_registry
 from unit.analysis.helpers_runs import run_of
 
-ALWAYS = {"headline", "points", "no_load_points", "compensations", "fits", "validation"}
-"""What a `result.json` of version 0.1.0 has, whatever was analysed."""
+REQUIRED_KEYS = {"headline", "points", "no_load_points", "compensations", "fits", "validation"}
+"""The keys of each `result.json` of version 0.1.0."""
 
 
 class Friction(AnalysisDetails):
-    """Of another analysis."""
+    """The details of another analysis."""
 
 
 @dataclass(frozen=True)
 class Wear(AnalysisDetails):
-    """A stranger's record."""
+    """The details of a third-party analysis."""
 
     depth_um: float = 12.5
 
@@ -64,7 +64,7 @@ def result(*details):
 
 
 def limited(*details):
-    """Return a result with a measured value that has a limit: there is something to certify."""
+    """Return a result with a measured value that has a limit, so that it can be certified."""
     row = Measurement(
         name="readings",
         utc="2026-03-02T09:15:00Z",
@@ -77,16 +77,16 @@ def limited(*details):
     return replace(analysed, run=replace(analysed.run, measurements=(row,)))
 
 
-def test_a_stranger_s_record_is_found_by_its_class_and_stands_in_the_documents():
+def test_third_party_details_are_found_by_class_and_documented():
     analysed = result(Wear(), Friction())
     assert analysed.details_of(Wear).depth_um == 12.5
     assert analysed.details_of(Friction) is analysed.details[1]
     content = document(result(Wear()))
     assert content["wear_track"] == {"value": 12.5, "unit": "µm"}
-    assert content.keys() >= ALWAYS
+    assert content.keys() >= REQUIRED_KEYS
 
 
-def test_a_run_without_torque_has_no_record_of_it_and_keeps_the_keys_of_its_document():
+def test_document_without_torque_keeps_all_keys():
     analysed = analyse(run_of(), (), acceptance=None, measurand=None, lookup=load_registry())
     assert analysed.details == ()
     content = document(analysed)
@@ -101,23 +101,23 @@ def test_a_run_without_torque_has_no_record_of_it_and_keeps_the_keys_of_its_docu
 
 
 @pytest.mark.parametrize(
-    ("symbol", "gives", "unit"),
+    ("symbol", "quantity", "unit"),
     [
         ("Ω", "", "Ω"),
-        ("mN·m", "", "N·m"),  # as documents of 0.1.0 have it
+        ("mN·m", "", "N·m"),  # as in documents of 0.1.0
         (None, "", ""),
         (None, "force", "N"),
         ("kN", "force", "N"),
         (None, "torque", "N·m"),
     ],
 )
-def test_the_document_has_the_unit_of_what_the_procedure_measures(symbol, gives, unit):
+def test_document_has_the_unit_of_the_measurand(symbol, quantity, unit):
     record = AnalysisRecord(
         name="given",
         help="Made up.",
         factory=lambda _: lambda run: Findings(),  # noqa: ARG005  (it finds nothing)
         yields=lambda _: (),
-        measurand=gives,
+        measurand=quantity,
     )
     analysed = analyse(
         run_of(),
@@ -127,18 +127,18 @@ def test_the_document_has_the_unit_of_what_the_procedure_measures(symbol, gives,
         lookup=Registry([Plugin("analysis", record, Provider("lab", "1"))]),
     )
     assert document(analysed)["measurand"] == {"symbol": "x", "name": "quantity", "unit": unit}
-    nothing = analyse(run_of(), (), acceptance=None, measurand=None, lookup=load_registry())
-    assert document(nothing)["measurand"]["unit"] == ""
+    plain = analyse(run_of(), (), acceptance=None, measurand=None, lookup=load_registry())
+    assert document(plain)["measurand"]["unit"] == ""
 
 
-def test_a_certificate_takes_what_each_analysis_brings():
+def test_certificate_includes_the_deviations_of_each_analysis():
     with pytest.raises(DataError, match="its procedure names no primary method"):
         certified_of(result(Wear()))
     (deviation,) = not_calibrated(limited(Wear()))
     assert deviation.text == "profile measured in air"
 
 
-def test_what_a_stranger_s_analysis_keeps_reaches_result_and_document():
+def test_third_party_findings_reach_result_and_document():
     depth = ResultDefinition(name="wear", unit="mm")
 
     def measure(run):
@@ -165,7 +165,7 @@ def test_what_a_stranger_s_analysis_keeps_reaches_result_and_document():
     )
     assert analysed.details_of(Wear).depth_um == 7.0
     assert document(analysed)["wear_track"]["value"] == 7.0
-    assert analysed.other_results == ()  # its own pages show it
+    assert analysed.other_results == ()  # wear is shown by its own page
     assert analysed.decision.verdict is Verdict.INCONCLUSIVE
     assert "The check 'stylus' failed: blunt" in analysed.decision.reason
     assert analysed.decision.deciding.uncompensated is None  # nothing was corrected

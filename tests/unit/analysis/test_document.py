@@ -16,14 +16,14 @@ from unit.analysis.helpers_analysis import acceptance, analysed, recording, run_
 SCATTER = np.array([0.01, -0.01, 0.0, 0.02, -0.02, 0.0, 0.01, -0.01, 0.005, -0.005])
 
 
-def run(extra_nm, load_n):
+def sweep(extra_nm, load_n):
     peaks = {f: 0.9 + 0.004 * f**2 + extra_nm + SCATTER for f in (2.0, 4.0, 6.0, 8.0, 10.0)}
     return run_of(*(recording(values, f, load_n=load_n) for f, values in peaks.items()))
 
 
 @pytest.fixture(scope="module")
 def result():
-    return analysed(run(0.7, 1000.0), run(0.0, 0.0), accept=acceptance())
+    return analysed(sweep(0.7, 1000.0), sweep(0.0, 0.0), accept=acceptance())
 
 
 @pytest.fixture(scope="module")
@@ -31,12 +31,12 @@ def content(result):
     return document(result)
 
 
-def test_it_is_json_without_nan_and_reads_back_exactly(content):
+def test_document_is_json_without_nan_and_round_trips(content):
     text = json.dumps(content, allow_nan=False, ensure_ascii=False)
     assert json.loads(text) == content
 
 
-def test_it_carries_the_result_in_full_precision(result, content):
+def test_document_has_the_result_in_full_precision(result, content):
     headline = content["headline"]["compensated"]
     assert headline["value"] == result.headline.value
     assert headline["standard_uncertainty"] == result.headline.u
@@ -48,7 +48,7 @@ def test_it_carries_the_result_in_full_precision(result, content):
     assert len(point["budget"]) == len(expected.components)
 
 
-def test_zeros_and_instruments_of_any_quantity(result):
+def test_zeros_have_the_unit_of_their_quantity(result):
     cell = Instrument.model_validate(
         {"channel": "press.force", "measures": "force", "serial": "LC-3", "certificate": "D-1"}
     )
@@ -89,18 +89,18 @@ def test_every_value_has_its_unit(content):
     walk(content, ())
 
 
-def test_it_names_both_runs_by_digest(content):
+def test_document_names_both_runs(content):
     assert content["run"]["digest_sha256"] == "ab" * 32
     assert content["run"]["procedure"]["id"] == "SSPB-STT-1000"
     assert content["no_load_run"]["id"] == "run-1"
 
 
-def test_no_waveforms_are_in_it(content):
+def test_document_contains_no_waveforms(content):
     assert len(json.dumps(content)) < 90_000
 
 
-def test_the_torque_is_a_named_result_at_each_frequency(content):
-    """Its places are what the recordings were set to; its values are those of the points."""
+def test_torque_is_a_named_result_at_each_frequency(content):
+    """Its coordinates are the set-points of the recordings; its values those of the points."""
     results = content["results"]
     assert {entry["name"] for entry in results} == {content["headline"]["name"]} == {"torque"}
     places = [entry["coordinates"] for entry in results]
@@ -114,8 +114,8 @@ def test_the_torque_is_a_named_result_at_each_frequency(content):
     }
 
 
-def test_a_missing_result_is_null_with_its_reason():
-    content = document(analysed(run(0.7, 1000.0), None, spec(), acceptance()))
+def test_missing_result_is_null_with_its_reason():
+    content = document(analysed(sweep(0.7, 1000.0), None, spec(), acceptance()))
     assert content["headline"]["compensated"] is None
     assert content["decision"]["probability_of_conformity"] is None
     assert "needs a no-load run" in content["decision"]["reason"]
@@ -124,15 +124,15 @@ def test_a_missing_result_is_null_with_its_reason():
     json.dumps(content, allow_nan=False)
 
 
-def test_infinite_degrees_of_freedom_are_a_word(content):
+def test_infinite_degrees_of_freedom_are_text(content):
     budget = content["compensations"]["paper_peak"]["points"][0]["budget"]
     assert {part["degrees_of_freedom"] for part in budget} >= {9.0, 2.0, "infinite"}
     assert content["decision"]["lower_limit"] == {"value": None, "unit": "N·m"}
     assert content["decision"]["upper_limit"] == {"value": 0.95, "unit": "N·m"}
 
 
-def test_numbers_of_numpy_are_numbers(result):
-    """As an analysis counts readings, or compares arrays: a run could not be sealed."""
+def test_numpy_scalars_become_json_numbers(result):
+    """They come from counted readings or compared arrays; a run with them could not be sealed."""
     line = Component("x", np.float64(0.1), np.int64(9), "t", common=np.bool_(1))
     drop = MeasurementResult(
         of=ResultDefinition(name="drop", unit="mV"),

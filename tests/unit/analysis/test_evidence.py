@@ -40,7 +40,7 @@ def no_load():
     return sweep(0.0, 0.0)
 
 
-def test_only_an_inconclusive_check_forbids_to_decide():
+def test_only_an_inconclusive_check_prevents_a_decision():
     checks = [
         Check("spikes", ok=False, text="many", consequence=Consequence.BUDGET),
         Check("clipping", ok=True, text="none", decisive=True),
@@ -52,27 +52,27 @@ def test_only_an_inconclusive_check_forbids_to_decide():
     assert sentence == expected
 
 
-def test_a_loaded_value_that_was_read_once_has_no_scatter():
+def test_single_loaded_value_has_no_scatter():
     loaded = (swing_point([1.0, 1.1], 4.0), swing_point([1.0], 5.0))
     fitted = Compensation("torque", (), curve=object())
     assert without_scatter(loaded, (), fitted).startswith(SINGLE)
     assert without_scatter(loaded[:1], (), fitted) == ""
 
 
-def test_a_no_load_value_has_its_scatter_about_a_fitted_curve_alone():
+def test_single_no_load_value_has_scatter_only_about_a_fitted_curve():
     loaded, no_load = (swing_point([1.0, 1.1], 5.0),), (swing_point([0.5], 5.0),)
     assert without_scatter(loaded, no_load, Compensation("t", (), curve=object())) == ""
     assert without_scatter(loaded, no_load, Compensation("t", ())).startswith(SINGLE)
 
 
-def test_swapped_runs_decide_nothing_and_say_which_check_failed(no_load):
+def test_swapped_runs_are_inconclusive_and_name_the_failed_check(no_load):
     decision = analysed(sweep(-0.1, 1000.0), no_load, accept=acceptance()).decision
     assert decision.verdict is Verdict.INCONCLUSIVE
     assert decision.reason.startswith("The check 'positive torque' failed: 2 Hz -0.1")
     assert decision.reason.endswith("the no-load run or the method does not fit this run).")
 
 
-def test_a_clipped_swing_decides_nothing(no_load):
+def test_clipped_swing_is_inconclusive(no_load):
     run = sweep(0.7, 1000.0)
     torque = run.recordings[0].channels["tester.torque"]
     channels = run.recordings[0].channels | {"tester.torque": np.minimum(torque, 1.55)}
@@ -82,7 +82,7 @@ def test_a_clipped_swing_decides_nothing(no_load):
     assert decision.reason.startswith("The check 'clipping' failed: 2Hz has ")
 
 
-def test_each_frequency_is_judged_with_its_own_raw_peak(no_load):
+def test_raw_peak_is_judged_at_each_frequency(no_load):
     limit = {"of": "torque", "each": "frequency", "max": "1.7 N·m", "source": "a test"}
     accept = Acceptance.model_validate({"limits": [limit | {"measurand": AT_REVERSAL}]})
     parts = analysed(sweep(0.7, 1000.0), no_load, accept=accept).decision.parts
@@ -104,19 +104,19 @@ def test_each_frequency_is_judged_with_its_own_raw_peak(no_load):
         ("breakaway_peak", "total torque from rest"),
     ],
 )
-def test_every_compensation_says_which_torque_it_yields(method, words):
+def test_compensation_declares_its_kind_of_torque(method, words):
     assert str(registry().record("compensation", method).yields) == words
 
 
-def test_a_limit_on_the_starting_torque_says_nothing_of_the_running_torque(no_load):
+def test_limit_of_the_starting_torque_does_not_apply_to_the_running_torque(no_load):
     energy = spec(compensations=["energy"], primary="energy")
     decision = analysed(sweep(0.7, 1000.0), no_load, energy, acceptance()).decision
     assert decision.verdict is Verdict.INCONCLUSIVE
     assert "the result is the load-induced torque under way under 1002 N" in decision.reason
 
 
-def test_a_running_torque_below_zero_is_decisive(no_load):
-    """Of a swapped pair of runs the peaks may be above zero, but the bearing gives energy back."""
+def test_negative_running_torque_is_decisive(no_load):
+    """If the runs are swapped, the peaks may be above zero, but the bearing returns energy."""
     points = (
         TorqueDetails.of(analysed(sweep(0.7, 1000.0), no_load)).compensations["paper_peak"].points
     )
@@ -134,9 +134,7 @@ def test_a_running_torque_below_zero_is_decisive(no_load):
         (False, Consequence.BUDGET, Consequence.BUDGET, False),
     ],
 )
-def test_a_check_that_is_not_met_forbids_to_decide_where_it_is_decisive(
-    is_decisive, consequence, expected, ok
-):
+def test_only_a_failed_decisive_check_prevents_a_decision(is_decisive, consequence, expected, ok):
     check = Check("spikes", ok=False, text="", decisive=is_decisive, consequence=consequence)
     judged = as_judged(check)
     assert judged.consequence is expected

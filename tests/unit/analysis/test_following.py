@@ -1,4 +1,4 @@
-"""Limits that follow a coordinate, against IEC 60751:2022, class B: ±(0.30 + 0.005 |t|) °C."""
+"""Limits that depend on a coordinate, as IEC 60751:2022, class B: ±(0.30 + 0.005 |t|) °C."""
 
 from __future__ import annotations
 
@@ -36,13 +36,13 @@ def at(celsius):
 @pytest.mark.parametrize(
     ("celsius", "tolerance"), [(-196, 1.28), (-100, 0.80), (0, 0.30), (100, 0.80), (600, 3.30)]
 )
-def test_class_b_of_iec_60751(celsius, tolerance):
+def test_class_b_tolerances_of_iec_60751(celsius, tolerance):
     """The tolerances are those of the table in the standard for wire-wound sensors, F 0.3."""
     limits = limit(plus_minus=CLASS_B).limits_at(at(celsius), "mK")
     assert (limits.lower, limits.upper) == pytest.approx((-1000 * tolerance, 1000 * tolerance))
 
 
-def test_a_line_counts_from_where_it_says():
+def test_rising_limit_starts_at_its_from_value():
     rising = {"base": "20 °C", "rise": "0.5 K", "per": "10 K", "over": "chamber.temperature"}
     limits = limit(max=rising | {"from": "50 °C"}, min="10 °C").limits_at(at(30), "°C")
     assert (limits.lower, limits.upper) == pytest.approx((10, 21))
@@ -51,7 +51,7 @@ def test_a_line_counts_from_where_it_says():
 @pytest.mark.parametrize(
     ("celsius", "upper"), [(-20, 92.317), (-10, 96.217), (0, 100.117), (50, 119.4625)]
 )
-def test_a_table_is_straight_between_its_points(celsius, upper):
+def test_table_is_interpolated_linearly(celsius, upper):
     assert limit(max=TABLE).limits_at(at(celsius), "Ω").upper == pytest.approx(upper, rel=1e-12)
 
 
@@ -63,7 +63,7 @@ def test_a_table_is_straight_between_its_points(celsius, upper):
         ({"chamber.temperature": CoordinateValue(3.0, "V")}, "follows a temperature, and"),
     ],
 )
-def test_where_the_table_has_no_limit_there_is_none(coordinates, words):
+def test_coordinate_outside_the_table_is_refused(coordinates, words):
     with pytest.raises(DataError, match=words):
         limit(max=TABLE).limits_at(coordinates, "Ω")
 
@@ -86,13 +86,13 @@ def test_where_the_table_has_no_limit_there_is_none(coordinates, words):
         ({}, "a limit needs max, min, or both, or plus_minus"),
     ],
 )
-def test_what_does_not_fit_is_refused(changes, words):
+def test_inconsistent_limit_is_refused(changes, words):
     with pytest.raises(ValidationError, match=words):
         limit(**changes)
 
 
 @pytest.mark.parametrize("end", [{"plus_minus": CLASS_B}, {"max": TABLE}, {"plus_minus": "1 K"}])
-def test_it_reads_back_as_it_was_written(end):
+def test_limit_round_trips_as_written(end):
     assert Limit.model_validate(limit(**end).as_written()) == limit(**end)
 
 
@@ -110,8 +110,8 @@ def decide(values, *limits, rule="simple"):
     return deciding.decide(acceptance, AppliedRule.of(acceptance, REGISTRY), evidence)
 
 
-def test_a_share_of_the_coordinate_alone_is_a_limit_and_none_where_that_is_0():
-    """1 % of the set-point, which is 0 at 0 °C, and an amount at -50 °C."""
+def test_limit_of_zero_is_inconclusive():
+    """1 % of the set-point: 0 at 0 °C, and 0.5 K at -50 °C."""
     share = limit(plus_minus={**CLASS_B, "base": "0 K", "rise": "1 K", "per": "100 K"})
     assert share.limits_at(at(-50), "K") == Limits.between(-0.5, 0.5, "K")
     decision = decide({-50: (-0.4, 0.01), 0: (0.0, 0.01)}, share)
@@ -122,8 +122,8 @@ def test_a_share_of_the_coordinate_alone_is_a_limit_and_none_where_that_is_0():
     ]
 
 
-def test_a_limit_that_falls_below_0_is_none():
-    """Its two ends would change places, and every value would fail."""
+def test_negative_limit_is_inconclusive():
+    """Its two ends would be swapped, and every value would fail."""
     falling = limit(plus_minus={**CLASS_B, "base": "0.2 K", "rise": "-1 K", "per": "20 K"})
     assert falling.limits_at(at(2), "K") == Limits.between(-0.1, 0.1, "K")
     (part,) = decide({10: (0.05, 0.01)}, falling).parts
@@ -132,8 +132,8 @@ def test_a_limit_that_falls_below_0_is_none():
     )  # fmt: skip
 
 
-def test_each_point_is_held_against_the_limit_there():
-    """0.5 K is too much at 0 °C (0.30 K), and allowed at 100 °C (0.80 K)."""
+def test_each_point_is_compared_with_its_own_limit():
+    """0.5 K is too high at 0 °C (0.30 K), and allowed at 100 °C (0.80 K)."""
     decision = decide({0: (0.5, 0.01), 100: (0.5, 0.01)}, limit(plus_minus=CLASS_B))
     assert [part.verdict for part in decision.parts] == [Verdict.FAIL, Verdict.PASS]
     assert [str(part.limits) for part in decision.parts] == ["-0.3 K to 0.3 K", "-0.8 K to 0.8 K"]
@@ -142,8 +142,8 @@ def test_each_point_is_held_against_the_limit_there():
     ]
 
 
-def test_over_all_points_the_worst_by_the_rule_is_named():
-    """At 100 °C U = 0.4 K: 0.5 K is farther inside its limit, and yet not within it by U."""
+def test_worst_point_is_chosen_by_the_decision_rule():
+    """At 100 °C, 0.5 K has the larger margin, but it is less than U = 0.4 K."""
     over_all = limit(plus_minus=CLASS_B, each=None, worst=True)
     decision = decide({0: (0.2, 0.01), 100: (0.5, 0.2)}, over_all, rule="guard_band_u")
     (part,) = decision.parts
@@ -157,7 +157,7 @@ def test_over_all_points_the_worst_by_the_rule_is_named():
     )
 
 
-def test_each_and_the_worst_stand_together():
+def test_worst_is_listed_before_each_point():
     limits = limit(plus_minus=CLASS_B, worst=True)
     decision = decide({0: (0.2, 0.01), 100: (0.9, 0.01)}, limits)
     assert [part.of for part in decision.parts] == [
@@ -168,7 +168,7 @@ def test_each_and_the_worst_stand_together():
     assert decision.deciding.of == decision.parts[0].of
 
 
-def test_beyond_the_table_nothing_is_decided():
+def test_point_beyond_the_table_is_inconclusive():
     table = {"over": "chamber.temperature", "points": [["0 °C", "1 K"], ["50 °C", "2 K"]]}
     (part,) = decide({60: (0.1, 0.01)}, limit(max=table)).parts
     assert part.verdict is Verdict.INCONCLUSIVE

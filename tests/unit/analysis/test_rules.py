@@ -50,7 +50,7 @@ def test_simple_acceptance(value, expected):
 
 
 @pytest.mark.parametrize(("name", "share"), [("guard_band_u", 1.0), ("guard_band_fraction", 0.5)])
-def test_a_binary_guard_band_fails_what_it_does_not_pass(name, share):
+def test_binary_guard_band_rule_passes_or_fails(name, share):
     edge = 0.95 - share * K * 0.05
     assert verdict(edge - 1e-6, name) is Verdict.PASS
     assert verdict(edge + 1e-6, name) is Verdict.FAIL
@@ -68,12 +68,12 @@ def test_a_binary_guard_band_fails_what_it_does_not_pass(name, share):
         (0.95 + K * 0.05 + 1e-6, Verdict.FAIL),
     ],
 )
-def test_non_binary(value, expected):
+def test_non_binary_rule_has_conditional_verdicts(value, expected):
     assert verdict(value, "non_binary") is expected
 
 
 FROM_ZERO = Limits.between(0.0, None)
-"""The margin of a value is the value itself, so that it is on an edge to the last bit."""
+"""The margin of a value is the value itself, so that it can be exactly on an edge."""
 
 
 @pytest.mark.parametrize(
@@ -87,10 +87,10 @@ FROM_ZERO = Limits.between(0.0, None)
         ("non_binary", -1.0, Verdict.CONDITIONAL_FAIL, Verdict.FAIL),
     ],
 )
-def test_exactly_at_an_edge_the_better_verdict_holds(name, edge, at_it, beyond):
+def test_value_exactly_at_an_edge_gets_the_better_verdict(name, edge, at_it, beyond):
     """Tolerance and acceptance limits belong to their intervals (JCGM 106, 3.3.5 and 3.3.9, notes).
 
-    The guard band outside the tolerance limit has its end too (ILAC-G8:09/2019, 4.2.3: TL to
+    The guard band outside the tolerance limit includes its end too (ILAC-G8:09/2019, 4.2.3: TL to
     TL + w).
     """
     value = edge * expanded(Estimate(0.0, 0.05))
@@ -99,8 +99,8 @@ def test_exactly_at_an_edge_the_better_verdict_holds(name, edge, at_it, beyond):
     assert verdict(below, name, limits=FROM_ZERO) is beyond
 
 
-def test_a_rounding_error_of_units_does_not_fail_a_value_on_its_limit():
-    """25.05 °C is computed in K, and comes back as 25.05000000000001 °C."""
+def test_rounding_error_of_units_does_not_fail_a_value_on_its_limit():
+    """25.05 °C is computed in K, and converted back to 25.05000000000001 °C."""
     celsius = 25.05 + 273.15 - 273.15
     assert celsius > 25.05
     limits = Limits.between(None, 25.05, "°C")
@@ -110,7 +110,7 @@ def test_a_rounding_error_of_units_does_not_fail_a_value_on_its_limit():
 
 
 @pytest.mark.parametrize("name", ["guard_band_u", "guard_band_fraction", "non_binary"])
-def test_limits_of_exactly_two_guard_bands_leave_one_value_that_passes(name):
+def test_limits_two_guard_bands_apart_allow_one_passing_value(name):
     guarded = rule(name)
     guard = guarded.guard(UPPER, Estimate(1.0, 0.05))
     middle, limits = Estimate(guard, 0.05), Limits.between(0.0, 2 * guard)
@@ -128,20 +128,20 @@ def test_few_degrees_of_freedom_widen_the_guard_band():
     assert verdict(0.95 - 2.8 * 0.05, "guard_band_u", dof=4) is Verdict.PASS
 
 
-def test_two_limits():
+def test_rules_with_two_limits():
     assert verdict(0.19, "simple", limits=BAND) is Verdict.FAIL
     assert verdict(0.21, "non_binary", limits=BAND) is Verdict.CONDITIONAL_PASS
     assert verdict(0.21, "guard_band_u", limits=BAND) is Verdict.FAIL
     assert verdict(0.5, "guard_band_u", limits=BAND) is Verdict.PASS
 
 
-def test_a_limit_below_is_guarded_from_above():
+def test_lower_limit_has_its_guard_band_above():
     lower = Limits.between(0.3, None)
     assert verdict(0.41, "guard_band_u", limits=lower) is Verdict.PASS
     assert verdict(0.39, "guard_band_u", limits=lower) is Verdict.FAIL
 
 
-def test_where_no_value_could_pass_a_binary_rule_decides_nothing():
+def test_binary_rule_is_inconclusive_if_no_value_can_pass():
     narrow, wide = Limits.between(0.4, 0.6), Estimate(0.5, 0.06)
     result, reason = rule("guard_band_u").verdict(narrow, wide)
     assert result is Verdict.INCONCLUSIVE
@@ -151,9 +151,9 @@ def test_where_no_value_could_pass_a_binary_rule_decides_nothing():
     assert isnan(rule("guard_band_u").false_accept_risk(narrow, wide))
     at_a_limit, too_near = Estimate(0.0, 0.05), Limits.between(0.0, 0.1)
     assert rule("guard_band_u").verdict(too_near, at_a_limit)[0] is Verdict.INCONCLUSIVE
-    # at a limit, as all that is outside fails: P(0 < Z < 0.2/0.06)
-    rejected = rule("guard_band_u").false_reject_risk(narrow, wide)
-    assert rejected == pytest.approx(0.499571, abs=1e-6)
+    # at a limit, as all values outside fail: P(0 < Z < 0.2/0.06)
+    risk = rule("guard_band_u").false_reject_risk(narrow, wide)
+    assert risk == pytest.approx(0.499571, abs=1e-6)
 
 
 @pytest.mark.parametrize(
@@ -165,20 +165,20 @@ def test_where_no_value_could_pass_a_binary_rule_decides_nothing():
         ("non_binary", 0.0250, 0.0250),
     ],
 )
-def test_the_stated_risk_is_that_at_the_acceptance_limit(name, accept, reject):
+def test_stated_risk_is_that_at_the_acceptance_limit(name, accept, reject):
     """ILAC-G8:09/2019, table 1 and JCGM 106, 8.3.2: P(Z > 1.96 w/U) for w = 0, U/2, U."""
     applied, estimate = rule(name), Estimate(0.7, 0.05)
     assert applied.false_accept_risk(UPPER, estimate) == pytest.approx(accept, abs=5e-5)
     assert applied.false_reject_risk(UPPER, estimate) == pytest.approx(reject, abs=5e-5)
 
 
-def test_the_stated_risk_does_not_hang_on_the_value():
+def test_stated_risk_is_independent_of_the_value():
     applied = rule("guard_band_fraction", fraction=0.83)
     risks = [applied.false_accept_risk(UPPER, Estimate(value, 0.05)) for value in (0.1, 0.9, 3.0)]
     assert risks == [risks[0]] * 3
 
 
-def test_with_two_near_limits_simple_acceptance_risks_more_than_half():
+def test_simple_acceptance_risk_exceeds_half_for_close_limits():
     """At one limit P(outside) = 1/2 + P(Z < -2) for limits 2 u apart."""
     risk = rule("simple").false_accept_risk(Limits.between(0.4, 0.5), Estimate(0.45, 0.05))
     assert risk == pytest.approx(0.5 + 0.022750131948179, abs=1e-9)
@@ -205,7 +205,7 @@ def test_with_two_near_limits_simple_acceptance_risks_more_than_half():
         (1.2, "non_binary", "≤ 0.95 N·m by 0.2500 N·m, more than U = 0.0980 N·m."),
     ],
 )
-def test_the_reason_is_one_sentence_with_the_numbers(value, name, words):
+def test_reason_is_one_sentence_with_the_numbers(value, name, words):
     _, reason = rule(name).verdict(UPPER, Estimate(value, 0.05))
     assert reason.endswith(words)
     assert reason.count(". ") == 0
@@ -220,7 +220,7 @@ def test_the_reason_is_one_sentence_with_the_numbers(value, name, words):
         (-1200.0, 400.0, ": 1200 A/W (U = 780 A/W)."),
     ],
 )
-def test_the_reason_has_two_digits_of_the_uncertainty(value, u, words):
+def test_reason_shows_two_digits_of_the_uncertainty(value, u, words):
     limits = Limits.between(None, 0.65, "A/W")
     _, reason = rule("guard_band_u").verdict(limits, Estimate(value, u, unit="A/W"))
     assert reason.endswith(words)
@@ -234,7 +234,7 @@ def test_the_reason_has_two_digits_of_the_uncertainty(value, u, words):
         (0.949999, 2e-7, "Margin to the limit ≤ 0.95 N·m: 0.0000010 N·m (U = 0.0000004 N·m)."),
     ],
 )
-def test_a_small_torque_is_not_shown_as_nothing(value, u, words):
+def test_small_margin_is_not_shown_as_zero(value, u, words):
     _, reason = rule("guard_band_u").verdict(UPPER, Estimate(value, u))
     assert reason == words
 
@@ -249,7 +249,7 @@ def test_a_small_torque_is_not_shown_as_nothing(value, u, words):
         (0.0980001, "V", "0.098000 V (U = 0.097998 V)."),
     ],
 )
-def test_the_reason_tells_the_margin_from_the_guard_band(margin, unit, words):
+def test_reason_distinguishes_margin_and_guard_band(margin, unit, words):
     limits = Limits.between(0.0, None, unit)
     _, reason = rule("guard_band_u").verdict(limits, Estimate(margin, 0.05, unit=unit))
     assert words in reason
@@ -259,18 +259,18 @@ def test_the_reason_tells_the_margin_from_the_guard_band(margin, unit, words):
     ("risk", "text"),
     [(0.0, "0.01 %"), (4e-5, "0.01 %"), (0.025, "2.50 %"), (0.5, "50.00 %"), (0.99996, "100.00 %")],
 )
-def test_a_greatest_risk_is_a_number_that_it_does_not_exceed(risk, text):
-    """It said "at most > 99.99 %" of limits that are far nearer to each other than u."""
+def test_maximum_risk_is_rounded_to_an_upper_bound(risk, text):
+    """For limits much closer than u, the text would be "at most > 99.99 %"."""
     assert risk_text(risk) == text
 
 
-def test_what_is_just_outside_is_not_outside_by_nothing():
+def test_small_excess_is_not_shown_as_zero():
     limits = Limits.between(None, 1.0, "V")
     _, reason = rule("simple").verdict(limits, Estimate(1.0000004, 0.05, unit="V"))
     assert reason == "Outside the limit ≤ 1 V by 0.0000004 V."
 
 
-def test_a_bare_number_is_told_without_the_unit_one():
+def test_dimensionless_margin_is_shown_without_unit():
     limits = Limits.between(None, 0.5, "1")
     _, reason = rule("guard_band_u").verdict(limits, Estimate(0.45, 0.01, unit="1"))
     assert reason == "Margin to the limit ≤ 0.5: 0.050 (U = 0.020)."
@@ -289,23 +289,23 @@ def test_a_bare_number_is_told_without_the_unit_one():
         (0.90, "non_binary", False),
     ],
 )
-def test_marginal_is_where_a_small_difference_turns_the_verdict(value, name, marginal):
+def test_marginal_band_surrounds_the_edges_of_a_rule(value, name, marginal):
     assert rule(name, marginal="0.01 N·m").is_marginal(UPPER, Estimate(value, 0.05)) is marginal
 
 
-def test_a_marginal_band_of_a_level_is_in_decibel():
+def test_marginal_band_of_a_level_is_in_decibels():
     limits = Limits(-inf, 10.0, "dBm")
     for value, marginal in ((9.95, True), (9.5, False)):
         estimate = Estimate(value, 0.05, unit="dBm")
         assert rule("simple", marginal="0.1 dB").is_marginal(limits, estimate) is marginal
 
 
-def test_without_a_marginal_band_nothing_is_marginal():
+def test_nothing_is_marginal_without_a_marginal_band():
     assert not rule("simple").is_marginal(UPPER, Estimate(0.95, 0.05))
 
 
 @pytest.mark.parametrize("name", NAMES)
-def test_a_rule_tells_its_name_and_its_guard_band(name):
+def test_rule_text_has_its_name_and_guard_band(name):
     text = str(rule(name))
     assert text.startswith(f"{name}: ")
     assert "w = " in text
@@ -313,7 +313,7 @@ def test_a_rule_tells_its_name_and_its_guard_band(name):
 
 @dataclass(frozen=True)
 class Agreed:
-    """A rule of a lab's own."""
+    """A decision rule of a lab."""
 
     zones: tuple[Zone, ...]
     words: Mapping[str, str] = field(default_factory=lambda: {"en": "as agreed", "de": "so"})
@@ -340,13 +340,13 @@ NEVER = Agreed((Zone(Verdict.INCONCLUSIVE, 0.0),))
         (PROVEN, 0.96, Verdict.FAIL, "Outside the limit ≤ 0.95 N·m by 0.0100 N·m."),
     ],
 )  # fmt: skip
-def test_a_rule_of_a_lab_s_own_needs_zones_alone(zones, value, expected, why):
+def test_custom_rule_needs_only_zones(zones, value, expected, why):
     result, reason = AppliedRule("own", zones).verdict(UPPER, Estimate(value, 0.05))
     assert (result, reason.endswith(why)) == (expected, True), reason
 
 
-def test_the_risks_of_a_rule_of_a_lab_s_own_are_those_at_the_edges_of_its_zones():
-    """Of a normal distribution: P(Z > -0.4) at -0.02/0.05, P(Z < -1) at -0.05/0.05 and so on."""
+def test_risks_of_a_custom_rule_are_those_at_its_zone_edges():
+    """By the normal distribution: P(Z > -0.4) at -0.02/0.05, P(Z < -1) at -0.05/0.05, etc."""
     estimate = Estimate(0.5, 0.05)
     relaxed, proven = AppliedRule("own", RELAXED), AppliedRule("own", PROVEN)
     assert relaxed.false_accept_risk(UPPER, estimate) == pytest.approx(0.655422, abs=1e-6)
@@ -354,19 +354,19 @@ def test_the_risks_of_a_rule_of_a_lab_s_own_are_those_at_the_edges_of_its_zones(
     assert proven.false_accept_risk(UPPER, estimate) == pytest.approx(0.022750, abs=1e-6)
     assert proven.false_reject_risk(UPPER, estimate) == pytest.approx(0.788145, abs=1e-6)
     assert str(relaxed) == "own: as agreed"
-    assert not relaxed.is_marginal(UPPER, Estimate(0.97, 0.05)), "no band was asked for"
+    assert not relaxed.is_marginal(UPPER, Estimate(0.97, 0.05)), "no marginal band is set"
     assert relaxed.in_other_languages == {"de": "so"}
 
 
-def test_a_rule_by_which_nothing_can_pass_states_neither_guard_band_nor_risk_of_a_false_pass():
+def test_rule_that_never_passes_has_no_guard_band_and_no_risk():
     never, estimate = AppliedRule("own", NEVER), Estimate(0.5, 0.05)
     assert isnan(never.guard(UPPER, estimate))
     assert isnan(never.false_accept_risk(UPPER, estimate))
     assert never.verdict(UPPER, estimate)[0] is Verdict.INCONCLUSIVE
 
 
-def test_the_words_of_the_shipped_rules_are_those_on_old_documents():
-    """As version 0.1.0 wrote them into results and certificates."""
+def test_texts_of_the_shipped_rules_are_unchanged():
+    """As in results and certificates of version 0.1.0."""
     assert str(rule("simple")) == "simple: simple acceptance, the value alone decides (w = 0)"
     assert str(rule("guard_band_u")) == (
         "guard_band_u: guard band w = U of 95 %; what is not within the limit by w fails"

@@ -1,4 +1,4 @@
-"""What plugins of the analysis give is looked at before it counts."""
+"""The results of analysis plugins are checked before use."""
 
 from __future__ import annotations
 
@@ -43,8 +43,8 @@ def _runs():
     return run_of(*loaded), run_of(*no_load)
 
 
-def _with_one_more(kind, plugin):
-    """Return the plugins that ship, and one called 'strange'."""
+def _registry_with(kind, plugin):
+    """Return the shipped plugins and one called 'strange'."""
     shipped = {"compensation": "paper_peak", "fit": "polynomial", "outlier_rule": "grubbs"}
     record = registry().find(kind, shipped[kind]).record
     strange = replace(record, name="strange", factory=lambda _: plugin)
@@ -63,7 +63,7 @@ def _analysed(kind, plugin):
         (analysis_ref(SwingTorque.model_validate(LOADED_SPEC | changes)),),
         acceptance=acceptance(),
         measurand=Measurand(symbol="Td", name="torque"),
-        lookup=_with_one_more(kind, plugin),
+        lookup=_registry_with(kind, plugin),
     )
 
 
@@ -74,7 +74,7 @@ def _rejecting(index, value=1.0):
 @pytest.mark.parametrize(
     ("rule", "message"),
     [
-        (_rejecting(-1), "the index -1 of 12 values"),  # as an index of Python it is the last one
+        (_rejecting(-1), "the index -1 of 12 values"),  # the last one as a Python index
         (_rejecting(12), "the index 12 of 12 values"),
         (_rejecting(index=True), "the index True"),
         (_rejecting(1.0), "the index 1.0"),
@@ -84,13 +84,13 @@ def _rejecting(index, value=1.0):
         (lambda _: 2 * _rejecting(1)(_), "one rejection twice"),
     ],
 )
-def test_a_rule_rejects_values_that_are_there_once_each(rule, message):
+def test_invalid_rejection_of_an_outlier_rule_is_refused(rule, message):
     with pytest.raises(PluginError, match="the outlier rule 'strange' gave") as caught:
         _analysed("outlier_rule", rule)
     assert message in caught.value.message
 
 
-def test_a_rule_may_count_with_the_integers_of_numpy():
+def test_numpy_integers_are_valid_rejection_indices():
     result = _analysed("outlier_rule", _rejecting(np.int64(3), np.float64(0.5)))
     rejections = TorqueDetails.of(result).loaded[0].peak_rejections
     assert [type(rejection.index) for rejection in rejections] == [int]
@@ -104,7 +104,7 @@ def _in_place(values):
     return []
 
 
-def test_a_rule_that_changes_the_values_in_place_does_not_change_the_result():
+def test_outlier_rule_cannot_change_values_in_place():
     with pytest.raises(ValueError, match="read-only") as caught:
         _analysed("outlier_rule", _in_place)
     assert caught.value.__notes__ == ["in the outlier rule 'strange'"]
@@ -114,7 +114,7 @@ def _shipped():
     return registry().make("compensation", "paper_peak", {"coefficients": "refit"})
 
 
-def _of_each_torque(**changes):
+def _with_torque(**changes):
     def method(sweep):
         compensation = _shipped()(sweep)
         points = [replace(p, torque=replace(p.torque, **changes)) for p in compensation.points]
@@ -123,7 +123,7 @@ def _of_each_torque(**changes):
     return method
 
 
-def _of_points(change):
+def _with_points(change):
     def method(sweep):
         compensation = _shipped()(sweep)
         return replace(compensation, points=change(compensation.points))
@@ -134,34 +134,34 @@ def _of_points(change):
 @pytest.mark.parametrize(
     ("method", "message"),
     [
-        (_of_each_torque(value=NAN), "torque, raw, rig and frequency (nan"),
-        (_of_each_torque(value=np.complex128(0.4 + 1j)), "torque, raw, rig and frequency"),
-        (_of_each_torque(value="0.4"), "torque, raw, rig and frequency ('0.4'"),
-        (_of_each_torque(value=np.array([0.4])), "torque, raw, rig and frequency (array"),
-        (_of_each_torque(value=400.0), "whose value is 400, by its own model 0."),
-        (_of_each_torque(unit="mN·m"), "a torque in 'mN·m' at 5 Hz, expected N·m"),
-        (_of_each_torque(u=0.0), "whose u is 0, by its own model"),
-        (_of_each_torque(u=NAN), "whose u is nan, by its own model"),
-        (_of_each_torque(u=-1.0), "the uncertainty -1.0 at 5 Hz"),
-        (_of_each_torque(dof=-3.0), "-3.0 degrees of freedom"),
-        (_of_each_torque(dof=NAN), "whose dof is nan"),
-        (_of_points(lambda points: points[1:]), "points at 10, 15, 20 Hz; expected one for each"),
-        (_of_points(lambda points: points[::-1]), "points at 20, 15, 10, 5 Hz"),
-        (_of_points(lambda points: points + points), "5, 10, 15, 20, 5, 10, 15, 20 Hz"),
-        (_of_points(lambda _: ()), "points at no frequency"),
-        (_of_points(lambda _: (0.4,) * 4), "0.4, expected a CompensatedPoint"),
+        (_with_torque(value=NAN), "torque, raw, rig and frequency (nan"),
+        (_with_torque(value=np.complex128(0.4 + 1j)), "torque, raw, rig and frequency"),
+        (_with_torque(value="0.4"), "torque, raw, rig and frequency ('0.4'"),
+        (_with_torque(value=np.array([0.4])), "torque, raw, rig and frequency (array"),
+        (_with_torque(value=400.0), "whose value is 400, by its own model 0."),
+        (_with_torque(unit="mN·m"), "a torque in 'mN·m' at 5 Hz, expected N·m"),
+        (_with_torque(u=0.0), "whose u is 0, by its own model"),
+        (_with_torque(u=NAN), "whose u is nan, by its own model"),
+        (_with_torque(u=-1.0), "the uncertainty -1.0 at 5 Hz"),
+        (_with_torque(dof=-3.0), "-3.0 degrees of freedom"),
+        (_with_torque(dof=NAN), "whose dof is nan"),
+        (_with_points(lambda points: points[1:]), "points at 10, 15, 20 Hz; expected one for each"),
+        (_with_points(lambda points: points[::-1]), "points at 20, 15, 10, 5 Hz"),
+        (_with_points(lambda points: points + points), "5, 10, 15, 20, 5, 10, 15, 20 Hz"),
+        (_with_points(lambda _: ()), "points at no frequency"),
+        (_with_points(lambda _: (0.4,) * 4), "0.4, expected a CompensatedPoint"),
         (lambda sweep: replace(_shipped()(sweep), not_applicable="no"), "points, and says that"),
         (lambda _: None, "None, expected a Compensation"),
     ],
 )
-def test_a_compensation_gives_one_true_number_for_each_set_point(method, message):
+def test_invalid_points_of_a_compensation_are_refused(method, message):
     with pytest.raises(PluginError, match="the compensation 'strange' gave") as caught:
         _analysed("compensation", method)
     assert message in caught.value.message
     assert "rigrunner check-plugin strange" in caught.value.hint
 
 
-def test_what_a_method_changes_in_place_changes_no_other_one():
+def test_compensation_cannot_change_the_sweep_in_place():
     def method(sweep):
         compensation = _shipped()(sweep)
         sweep.loaded[0].peak_nm[:] = 0.0
@@ -172,12 +172,12 @@ def test_what_a_method_changes_in_place_changes_no_other_one():
     assert caught.value.__notes__ == ["in the compensation 'strange'"]
 
 
-def test_what_is_in_order_is_not_put_into_words():
-    """The words of a point's waveforms took a tenth of the time of a whole report."""
+def test_valid_points_are_not_converted_to_text():
+    """The text of a point's waveforms would take a tenth of the time of a report."""
 
     class Silent(CompensatedPoint):
         def __repr__(self):
-            raise AssertionError("nobody is to be told of it")
+            raise AssertionError("no text is needed")
 
     def method(sweep):
         compensation = _shipped()(sweep)
@@ -190,9 +190,9 @@ def test_what_is_in_order_is_not_put_into_words():
     assert TorqueDetails.of(_analysed("compensation", method)).compensations["strange"].points
 
 
-def test_a_method_that_refuses_leaves_the_others():
+def test_not_applicable_method_does_not_affect_others():
     def method(sweep):
-        return replace(_shipped()(sweep), points=(), not_applicable="it is no day for it")
+        return replace(_shipped()(sweep), points=(), not_applicable="not today")
 
     result = _analysed("compensation", method)
     assert not TorqueDetails.of(result).compensations["strange"].points
@@ -240,23 +240,23 @@ def _wrong_prediction(change):
         (_wrong_prediction(lambda y, _: y), "which is not a curve"),
     ],
 )
-def test_a_fit_gives_a_curve_of_numbers(fit, message):
+def test_invalid_curve_of_a_fit_is_refused(fit, message):
     with pytest.raises(PluginError, match="the fit 'strange' gave") as caught:
         _analysed("fit", fit)
     assert message in caught.value.message
 
 
-def test_a_fit_cannot_change_the_points_of_others():
+def test_fit_cannot_change_points_in_place():
     def fit(points):
         points.y[:] = 0.0
 
     x = np.arange(5.0)
     with pytest.raises(ValueError, match="read-only"):
-        Scrutiny(_with_one_more("fit", fit)).make("fit", "strange", {})(Points(x, x + 1))
+        Scrutiny(_registry_with("fit", fit)).make("fit", "strange", {})(Points(x, x + 1))
 
 
-def test_what_is_in_order_is_what_it_was():
+def test_valid_compensation_is_unchanged():
     plain = analysed(*_runs(), accept=acceptance())
-    looked_at = _analysed("compensation", _shipped())
-    assert looked_at.headline == plain.headline
-    assert looked_at.decision.verdict is plain.decision.verdict
+    checked = _analysed("compensation", _shipped())
+    assert checked.headline == plain.headline
+    assert checked.decision.verdict is plain.decision.verdict

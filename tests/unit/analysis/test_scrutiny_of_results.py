@@ -1,4 +1,4 @@
-"""Results that an analysis gives are looked at before they count."""
+"""The results of an analysis plugin are checked before use."""
 
 from __future__ import annotations
 
@@ -31,8 +31,8 @@ GOOD = MeasurementResult(
 MISSING = MissingResult(of=OF, coordinates={"load.current": CoordinateValue(3.0, "A")}, why="none")
 
 
-def looked_at(*results, missing=(), tables=()):
-    """Return what an analysis gives that has these results."""
+def checked_findings(*results, missing=(), tables=()):
+    """Return the checked findings of an analysis with these results."""
     record = AnalysisRecord(
         name="strange",
         help="-",
@@ -43,8 +43,8 @@ def looked_at(*results, missing=(), tables=()):
     return Scrutiny(registry).make("analysis", "strange", {})(SimpleNamespace(recordings=()))
 
 
-def test_what_is_in_order_is_what_it_was():
-    assert looked_at(GOOD, missing=(MISSING,)).results == (GOOD,)
+def test_valid_results_are_unchanged():
+    assert checked_findings(GOOD, missing=(MISSING,)).results == (GOOD,)
 
 
 @pytest.mark.parametrize(
@@ -63,9 +63,9 @@ def test_what_is_in_order_is_what_it_was():
         (replace(GOOD, components=(replace(LINE, u=0.4),)), "with u = 0.5, by its budget 0.4"),
     ],
 )
-def test_a_result_that_cannot_be_used_names_its_plugin(result, message):
+def test_invalid_result_is_refused_with_the_plugin_name(result, message):
     with pytest.raises(PluginError, match=message) as caught:
-        looked_at(result)
+        checked_findings(result)
     assert caught.value.message.startswith("the analysis 'strange' gave ")
 
 
@@ -78,28 +78,28 @@ def test_a_result_that_cannot_be_used_names_its_plugin(result, message):
         (replace(MISSING, coordinates=AT), "two results of one name and place"),
     ],
 )
-def test_so_does_a_missing_one(missing, message):
+def test_invalid_missing_result_is_refused(missing, message):
     with pytest.raises(PluginError, match=message):
-        looked_at(GOOD, missing=(missing,))
+        checked_findings(GOOD, missing=(missing,))
 
 
 @pytest.mark.parametrize(
     ("row", "message"),
     [((1.0, None), "the table 'T' with None in a cell"), ((1.0,), "rows of {1, 2} columns")],
 )
-def test_a_table_has_texts_and_numbers_in_all_its_cells(row, message):
+def test_table_with_empty_cells_or_short_rows_is_refused(row, message):
     table = Table(of="drop", title="T", columns=("a", "b"), rows=(("x", 2.0), row))
     with pytest.raises(PluginError, match=message):
-        looked_at(GOOD, tables=(table,))
+        checked_findings(GOOD, tables=(table,))
 
 
-def test_results_that_can_be_looked_at_only_once_are_refused():
-    """Who looks at them would leave none."""
+def test_generator_of_results_is_refused():
+    """Checking them would exhaust the generator."""
     with pytest.raises(PluginError, match="gave <generator"):
-        looked_at(GOOD, missing=(missing for missing in [MISSING]))
+        checked_findings(GOOD, missing=(missing for missing in [MISSING]))
 
 
-def test_a_result_in_no_unit_is_refused_with_its_name():
+def test_result_in_an_unknown_unit_is_refused():
     record = AnalysisRecord(
         name="strange",
         help="-",

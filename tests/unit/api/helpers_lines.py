@@ -1,4 +1,4 @@
-"""A peer on loopback that answers bytes with bytes, as a script says."""
+"""A peer on loopback that answers lines of bytes by a script."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ HANG_UP = object()
 
 
 class ScriptedPeer:
-    """Answers each line that it knows; of every connection it remembers the lines it was sent.
+    """Answers each line of its script, and remembers all lines that it received.
 
     `script` maps a line, as bytes with its terminator, to the bytes that answer it; a tuple of
     bytes is sent piece by piece.
@@ -44,7 +44,7 @@ class ScriptedPeer:
             except OSError:
                 return
             self._open.append(connection)
-            with suppress(OSError):  # the other end, or the test, is gone
+            with suppress(OSError):  # the driver or the test has closed the connection
                 self._talk(connection)
 
     def _talk(self, connection):
@@ -71,8 +71,8 @@ class ScriptedPeer:
 @contextmanager
 def peer(script, terminator=b"\n"):
     """Serve a script on loopback; give the peer."""
-    serving = ScriptedPeer(script, terminator)
+    scripted = ScriptedPeer(script, terminator)
     try:
-        yield serving
+        yield scripted
     finally:
-        serving.close()
+        scripted.close()

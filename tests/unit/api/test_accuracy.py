@@ -1,4 +1,4 @@
-"""What a reading may be off by, error by error, of an instrument of any quantity.
+"""The errors of a reading, one by one, for an instrument of any quantity.
 
 Half-widths become standard uncertainties by GUM 4.3.7, 4.3.9 and 4.4.6: over √3, √6 and √2.
 """
@@ -29,12 +29,12 @@ METER = {
 }
 
 
-def lines(instrument, value, **how):
-    return {error.name: error for error in instrument.reading_errors(value, **how)}
+def errors_by_name(instrument, value, **options):
+    return {error.name: error for error in instrument.reading_errors(value, **options)}
 
 
-def test_each_error_is_a_line_with_its_distribution_and_source():
-    errors = lines(ENTRY.model_validate(METER), 120.0)
+def test_each_error_has_its_distribution_and_source():
+    errors = errors_by_name(ENTRY.model_validate(METER), 120.0)
 
     assert list(errors) == [
         *("gain of meter.resistance", "offset of meter.resistance"),
@@ -54,14 +54,14 @@ def test_each_error_is_a_line_with_its_distribution_and_source():
     assert {error.dof for error in errors.values()} == {inf}
 
 
-def test_a_zero_takes_the_offset_out():
-    errors = lines(ENTRY.model_validate(METER), 120.0, zeroed=True)
+def test_zeroing_removes_the_offset_error():
+    errors = errors_by_name(ENTRY.model_validate(METER), 120.0, zeroed=True)
 
     assert "offset of meter.resistance" not in errors
     assert "gain of meter.resistance" in errors
 
 
-def test_all_errors_at_their_limits():
+def test_limit_of_error_is_the_sum_of_all_limits():
     limit = ENTRY.model_validate(METER).limit_of_error(-120.0)
 
     assert limit == pytest.approx(0.012 + 0.01 + 0.0005 + 0.024 + 0.01)
@@ -79,7 +79,7 @@ def test_all_errors_at_their_limits():
         ]}, 0.05 / sqrt(3), "C-17"),
     ],
 )  # fmt: skip
-def test_one_figure_or_a_table_is_one_line(changes, u, source):
+def test_overall_accuracy_or_points_give_one_error(changes, u, source):
     (error,) = ENTRY.model_validate(METER | changes).reading_errors(120.0)
 
     assert (error.name, error.acts) == ("reading of meter.resistance", "each")
@@ -87,7 +87,7 @@ def test_one_figure_or_a_table_is_one_line(changes, u, source):
     assert (error.distribution, error.source) == ("rectangular", source)
 
 
-def test_of_what_nothing_is_known_there_is_no_line():
+def test_entry_without_accuracy_has_no_errors():
     entry = {key: METER[key] for key in ("channel", "measures", "serial")}
     assert ENTRY.model_validate(entry).reading_errors(1.0) == ()
 
@@ -104,20 +104,20 @@ def test_of_what_nothing_is_known_there_is_no_line():
         ("0.2 N", "got '0.2 N', a force, expected a resistance"),
     ],
 )
-def test_a_limit_of_another_kind_is_refused(accuracy, message):
+def test_invalid_accuracy_is_refused(accuracy, message):
     with pytest.raises(ValidationError) as caught:
         ENTRY.model_validate(METER | {"accuracy": accuracy})
     assert message in str(caught.value)
 
 
-def test_a_share_of_full_scale_needs_a_range():
+def test_share_of_full_scale_needs_a_range():
     entry = {key: METER[key] for key in METER if key != "range"}
     with pytest.raises(ValidationError, match="'full_scale' and 'range' are missing"):
         ENTRY.model_validate(entry)
 
 
-def test_a_share_of_a_temperature_is_refused():
-    """0.1 % of 20 °C would be 0.29 K, for it is 293.15 K."""
+def test_share_of_a_temperature_is_refused():
+    """0.1 % of 20 °C would be 0.29 K, because it is 293.15 K."""
     entry = {"channel": "room.air", "measures": "temperature", "serial": "T-1"}
     with pytest.raises(ValidationError, match="expected a difference in K"):
         Instrument.model_validate(entry | {"accuracy": {"gain": "0.1 %"}})
@@ -131,8 +131,8 @@ POWER_METER = {"channel": "in.level", "measures": "power level", "serial": "P-1"
 @pytest.mark.parametrize(
     "accuracy", ["5 % reading", "1 % FS", "0.2 dBm", {"gain": "5 %"}, {"offset": "0.2 dBm"}]
 )
-def test_an_error_of_a_power_level_is_in_decibel(accuracy):
-    """5 % of -10 dBm would be 0.5 dB, and of 0 dBm nothing; 5 % of the power is 0.21 dB."""
+def test_error_of_a_power_level_must_be_in_decibels(accuracy):
+    """5 % of -10 dBm would be 0.5 dB, and of 0 dBm zero; 5 % of the power is 0.21 dB."""
     with pytest.raises(ValidationError, match="in dB"):
         Instrument.model_validate(POWER_METER | {"accuracy": accuracy})
     Instrument.model_validate(POWER_METER | {"accuracy": accuracy}, context={STORED: True})
@@ -141,14 +141,14 @@ def test_an_error_of_a_power_level_is_in_decibel(accuracy):
         assert instrument.reading_errors(-10.0)[0].at(-10.0) == pytest.approx(0.2 / sqrt(3))
 
 
-def test_points_of_a_power_meter_have_their_uncertainty_in_decibel():
+def test_points_of_a_power_meter_have_uncertainties_in_decibels():
     points = [{"applied": f"{level} dBm", "indicated": f"{level + 0.1} dBm", "U": "0.06 dB"}
               for level in (-30.0, -20.0, -10.0, 0.0)]  # fmt: skip
     meter = Instrument.model_validate(POWER_METER | {"points": points, "interpolation": "linear"})
     assert meter.points[0].standard_uncertainty == pytest.approx(0.03)
 
 
-def test_of_a_torque_transducer_the_errors_beyond_its_accuracy_are_lines_too():
+def test_torque_transducer_has_its_optional_errors():
     stated = {"source": "DKD-1"}
     torque = Instrument.model_validate(
         {
@@ -165,11 +165,11 @@ def test_of_a_torque_transducer_the_errors_beyond_its_accuracy_are_lines_too():
             },
         }
     )  # fmt: skip
-    errors = lines(torque, -5.0)
+    errors = errors_by_name(torque, -5.0)
 
     assert errors["nonlinearity of tester.torque"].u == pytest.approx(0.005 / sqrt(3))
     assert errors["offset of tester.torque"].acts == "offset"
-    assert "offset of tester.torque" not in lines(torque, -5.0, zeroed=True)
+    assert "offset of tester.torque" not in errors_by_name(torque, -5.0, zeroed=True)
     assert errors["drift of tester.torque"].u == 0
     assert errors["hysteresis of tester.torque"].u == pytest.approx(0.003 / sqrt(2))
     assert errors["resolution of tester.torque"].u == pytest.approx(0.5e-3 / sqrt(3))
@@ -179,8 +179,8 @@ def test_of_a_torque_transducer_the_errors_beyond_its_accuracy_are_lines_too():
     assert sensitivity.u == pytest.approx(0.05e-2 * 0.3 / sqrt(3))
 
 
-def test_a_stored_run_may_have_a_limit_that_was_read_wrongly():
-    """Until 0.2 a voltmeter of 0.5 % counted as one of 5 mV; its runs must be readable still."""
+def test_stored_run_keeps_the_former_meaning_of_a_bare_share():
+    """Until 0.2 a voltmeter of 0.5 % counted as one of 5 mV; its runs must still be readable."""
     entry = METER | {"accuracy": "0.5 %"}
     instrument = ENTRY.model_validate(entry, context={STORED: True})
     assert instrument.limit_of_error(100.0) == 0.005
@@ -188,7 +188,7 @@ def test_a_stored_run_may_have_a_limit_that_was_read_wrongly():
         ENTRY.model_validate(entry, context={STORED: False})
 
 
-def test_of_a_relative_humidity_a_bare_share_is_an_absolute_limit():
+def test_bare_share_of_a_relative_humidity_is_absolute():
     entry = {"channel": "room.humidity", "measures": "ratio", "serial": "H-1"}
     assert ENTRY.model_validate(entry | {"accuracy": "2 %"}).limit_of_error(0.5) == 0.02
 
@@ -205,13 +205,13 @@ def test_of_a_relative_humidity_a_bare_share_is_an_absolute_limit():
         ("40 ppb reading", 4e-7),
     ],
 )
-def test_a_small_share_is_read_with_its_exponent_and_in_parts_per_million(accuracy, limit):
+def test_small_shares_are_read_with_exponents_ppm_and_ppb(accuracy, limit):
     instrument = ENTRY.model_validate({**METER, "accuracy": accuracy})
 
     assert instrument.limit_of_error(10.0) == pytest.approx(limit, rel=1e-12)
 
 
 @pytest.mark.parametrize("limit", ["-0.1 % FS", "1e400 % reading"])
-def test_a_share_that_is_negative_or_boundless_is_refused(limit):
+def test_negative_or_infinite_share_is_refused(limit):
     with pytest.raises(ValidationError, match="accuracy"):
         ENTRY.model_validate({**METER, "accuracy": limit})

@@ -1,4 +1,4 @@
-"""Units that plugins add: which are taken, which clash, and what a run keeps of them."""
+"""Units that plugins add: valid ones, clashes, and those that are stored with a run."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ def read(text):
     return str(quantity), quantity.si, quantity.dimension
 
 
-def test_an_added_unit_is_read_in_all_its_spellings_and_in_products():
+def test_added_unit_is_read_in_all_spellings_and_products():
     define([HORSEPOWER], "one")
     assert read("2 tstHP") == ("2 tstHp", 2 * 745.6998715822702, "power")
     assert read("2 tstHp/m2") == ("2 tstHp/m²", pytest.approx(2 * 745.6998715822702), "W/m²")
@@ -43,14 +43,14 @@ def test_an_added_unit_is_read_in_all_its_spellings_and_in_products():
         parse_quantity("2 tstHp", "torque")
 
 
-def test_a_unit_may_have_a_zero_of_its_own():
+def test_added_unit_may_have_an_offset():
     define([DELISLE], "one")
     assert read("3 tstDe") == ("3 tstDe", 102.0, "temperature")
     with pytest.raises(QuantityError, match="which has an offset zero"):
         parse_quantity("3 tstDe/s")
 
 
-def test_a_new_kind_is_no_other_of_the_same_dimension():
+def test_new_kind_differs_from_others_of_the_same_dimension():
     define([HALF, GRADE], "one")
     assert read("4 tstH") == ("4 tstH", 2.0, "test grade")
     assert si_symbol("test grade") == "tstG"
@@ -60,14 +60,14 @@ def test_a_new_kind_is_no_other_of_the_same_dimension():
         parse_quantity("4 tstH", "ratio")
 
 
-def test_a_level_is_in_no_product():
+def test_logarithmic_unit_is_refused_in_products():
     define([LOUD], "one")
     assert rate_of("test level") is None
     with pytest.raises(QuantityError, match="no unit is made of tstdB"):
         parse_quantity("1 tstdB/s")
 
 
-def test_editors_know_an_added_unit():
+def test_quantity_pattern_has_added_units():
     define([UnitDefinition("tstEd", "mass", "kg", 2.0)], "one")
     assert "tstEd" in quantity_pattern("mass")
     assert "tstEd" not in quantity_pattern("time")
@@ -92,19 +92,19 @@ def test_editors_know_an_added_unit():
         ({"kind": "level"}, "a level is in 1, logarithmic"),
     ],
 )
-def test_what_cannot_be_a_unit_is_refused(changes, message):
+def test_invalid_unit_definition_is_refused(changes, message):
     with pytest.raises(QuantityError, match=message):
         define([replace(HORSEPOWER, symbol=changes.pop("symbol", "tstNo"), **changes)], "one")
 
 
-def test_nothing_of_a_plugin_is_known_where_one_of_its_units_is_refused():
+def test_refused_unit_rejects_all_units_of_the_plugin():
     with pytest.raises(QuantityError):
         define([UnitDefinition("tstFirst", "mass", "kg"), replace(HORSEPOWER, symbol="N")], "one")
     with pytest.raises(QuantityError, match="unknown unit"):
         parse_quantity("1 tstFirst")
 
 
-def test_two_that_define_a_unit_differently_are_both_named():
+def test_conflicting_definitions_of_a_unit_name_both_plugins():
     clashing = UnitDefinition("tstC", "mass", "kg", 2.0)
     define([clashing], "plugin_one")
     define([clashing], "plugin_two")
@@ -116,27 +116,27 @@ def test_two_that_define_a_unit_differently_are_both_named():
         assert find_unit(text.split()[1]) is None
 
 
-def test_a_unit_is_found_or_not():
+def test_find_unit_returns_none_for_unknown_units():
     define([HORSEPOWER], "one")
     assert find_unit(" tstHP ").symbol == "tstHp"
     assert find_unit("N·m").dimension == "torque"
     assert [find_unit(symbol) for symbol in ("", "tstNone", "N·tstNone")] == [None, None, None]
 
 
-def test_two_that_define_a_kind_differently_are_both_named():
+def test_conflicting_definitions_of_a_kind_name_both_plugins():
     define([UnitDefinition("tstA", "test clash", "1")], "plugin_one")
     define([UnitDefinition("tstB", "test clash", "1")], "plugin_two")
     with pytest.raises(QuantityError, match=r"by plugin_one .* and plugin_two"):
         parse_quantity("1 tstA")
 
 
-def test_what_a_plugin_defines_again_takes_the_place_of_the_former():
+def test_later_definition_of_a_plugin_replaces_the_former():
     define([UnitDefinition("tstAgain", "mass", "kg", 2.0)], "one")
     define([UnitDefinition("tstAgain", "mass", "kg", 3.0)], "one")
     assert read("1 tstAgain")[1] == 3.0
 
 
-def test_a_run_keeps_its_units():
+def test_stored_units_of_a_run_are_defined_on_reading():
     definitions = [
         replace(HORSEPOWER, symbol="tstK", spellings=("tstKk",)),
         replace(DELISLE, symbol="tstKd"),
@@ -148,14 +148,14 @@ def test_a_run_keeps_its_units():
     assert rate_of("kept level") is None
 
 
-def test_a_damaged_unit_of_a_run_is_told():
+def test_damaged_unit_of_a_run_is_a_data_error():
     with pytest.raises(DataError, match="run-2: the unit tstX is damaged"):
         define_units_of({"unit tstX": "power; 1"}, "run-2")
     with pytest.raises(DataError, match="run-2"):
         define_units_of({"unit tstX": "power; kg; 1.0; 0.0; linear; tstX"}, "run-2")
 
 
-def test_the_register_takes_an_instrument_of_a_new_kind():
+def test_register_accepts_an_instrument_of_a_new_kind():
     define([GRADE, HALF], "one")
     entry = {"channel": "tester.grade", "measures": "test grade", "serial": "G-1"}
     instrument = Instrument.model_validate(entry | {"accuracy": "3 tstH"})

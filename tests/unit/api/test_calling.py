@@ -14,7 +14,7 @@ from rigrunner.api.calling import InlineCaller, ThreadCaller
 from rigrunner.api.errors import DeviceLostError, DeviceTimeoutError
 
 
-@pytest.fixture(params=[None, 0.02], ids=["at a stretch", "in slices, as on Windows"])
+@pytest.fixture(params=[None, 0.02], ids=["one wait", "in slices, as on Windows"])
 def caller(request):
     caller = ThreadCaller("tester")
     caller.grace_s = 0.05
@@ -23,12 +23,12 @@ def caller(request):
     caller.stop()
 
 
-def test_all_calls_run_in_one_thread_that_is_not_ours(caller):
+def test_all_calls_run_in_one_other_thread(caller):
     names = {caller.call("ask", lambda: threading.current_thread().name, 5) for _ in range(5)}
     assert names == {"device tester"}
 
 
-def test_the_thread_ends_when_it_is_stopped_and_the_next_call_has_another(caller):
+def test_stop_ends_the_thread_and_the_next_call_starts_another(caller):
     first = caller.call("ask", threading.current_thread, 5)
     caller.stop()
     first.join(10)
@@ -36,7 +36,7 @@ def test_the_thread_ends_when_it_is_stopped_and_the_next_call_has_another(caller
     assert caller.call("ask", threading.current_thread, 5) is not first
 
 
-def test_result_and_error_come_back(caller):
+def test_result_and_error_are_returned_to_the_caller(caller):
     def refuse() -> None:
         raise TimeoutError("the instrument's own")
 
@@ -46,7 +46,7 @@ def test_result_and_error_come_back(caller):
     assert caller.call("ask", lambda: 43, 5) == 43
 
 
-def test_hanging_call_is_abandoned_in_time_and_the_device_counts_as_lost(caller):
+def test_hanging_call_times_out_and_the_device_counts_as_lost(caller):
     release = threading.Event()
     before = time.monotonic()
     with pytest.raises(DeviceTimeoutError, match=r"'read' did not return within 0\.05 s$"):
@@ -57,14 +57,14 @@ def test_hanging_call_is_abandoned_in_time_and_the_device_counts_as_lost(caller)
     release.set()
 
 
-_STOPPED = """
+_STOPPED_PROGRAM = """
 import os, signal, subprocess, sys, threading
 from rigrunner.api.calling import ThreadCaller
 from rigrunner.api.errors import DeviceTimeoutError
 
 def read():
-    again = f"import os, signal, time; time.sleep(4); os.kill({os.getpid()}, signal.SIGCONT)"
-    subprocess.Popen([sys.executable, "-c", again])
+    resume = f"import os, signal, time; time.sleep(4); os.kill({os.getpid()}, signal.SIGCONT)"
+    subprocess.Popen([sys.executable, "-c", resume])
     os.kill(os.getpid(), signal.SIGSTOP)
     threading.Event().wait()
 
@@ -76,17 +76,17 @@ except DeviceTimeoutError as error:
 
 
 @pytest.mark.skipif(not hasattr(signal, "SIGSTOP"), reason="signals of Unix")
-def test_a_program_that_was_stopped_itself_says_so():
-    done = subprocess.run(
-        [sys.executable, "-c", _STOPPED], check=True, capture_output=True, text=True
+def test_time_out_of_a_suspended_program_says_so():
+    result = subprocess.run(
+        [sys.executable, "-c", _STOPPED_PROGRAM], check=True, capture_output=True, text=True
     )
-    message, hint = done.stdout.splitlines()
+    message, hint = result.stdout.splitlines()
     assert message == "'read' did not return within 0.5 s"
     assert hint.startswith("the device may have answered: this program itself was stopped")
     assert float(hint.split()[-2]) > 2.0
 
 
-def test_urgent_call_gets_through_while_another_hangs(caller):
+def test_urgent_call_runs_while_another_hangs(caller):
     release = threading.Event()
     with pytest.raises(DeviceTimeoutError):
         caller.call("read", release.wait, 0.05)
@@ -95,7 +95,7 @@ def test_urgent_call_gets_through_while_another_hangs(caller):
     release.set()
 
 
-def test_urgent_call_waits_for_one_that_was_interrupted_but_ends(caller):
+def test_urgent_call_waits_for_a_call_that_ends_in_time(caller):
     caller.grace_s = 5.0
     began, order = threading.Event(), []
 
@@ -112,7 +112,7 @@ def test_urgent_call_waits_for_one_that_was_interrupted_but_ends(caller):
     assert order == ["slow", "safe"]
 
 
-def test_call_that_was_interrupted_before_it_began_never_begins(caller, monkeypatch):
+def test_call_interrupted_before_it_began_never_runs(caller, monkeypatch):
     def interrupt(*_):
         raise KeyboardInterrupt
 
@@ -127,7 +127,7 @@ def test_call_that_was_interrupted_before_it_began_never_begins(caller, monkeypa
     assert calls == []
 
 
-def test_call_that_never_began_is_not_made_up_for_later(caller):
+def test_timed_out_call_that_never_began_is_not_run_later(caller):
     release, calls = threading.Event(), []
     with pytest.raises(DeviceTimeoutError):
         caller.call("read", release.wait, 0.02)
@@ -139,16 +139,16 @@ def test_call_that_never_began_is_not_made_up_for_later(caller):
     assert calls == []
 
 
-def test_in_slices_no_wait_is_longer_than_one(caller, monkeypatch):
-    """Between two of them a signal is heard, also where it breaks no wait off."""
+def test_no_wait_is_longer_than_a_slice(caller, monkeypatch):
+    """Signals are handled between two slices, even if they do not interrupt a wait."""
     waits = []
 
-    def waiting(call, within_s=0.0):
+    def recorded_wait(call, within_s=0.0):
         waits.append(within_s)
         return is_over(call, within_s)
 
     is_over = calling._is_over
-    monkeypatch.setattr(calling, "_is_over", waiting)
+    monkeypatch.setattr(calling, "_is_over", recorded_wait)
     assert caller.call("ask", lambda: time.sleep(0.1) or 42, 5) == 42
     if caller._slice_s is None:
         assert waits == [5]
@@ -157,27 +157,27 @@ def test_in_slices_no_wait_is_longer_than_one(caller, monkeypatch):
         assert all(seconds <= 0.02 for seconds in waits)
 
 
-def test_a_call_that_is_begun_gives_its_outcome_later_and_holds_up_the_next(caller):
+def test_started_call_returns_later_and_delays_the_next(caller):
     release, order = threading.Event(), []
-    begun = caller.start("stream", lambda: release.wait(5) and order.append("begun"))
-    assert not begun.done()
+    future = caller.start("stream", lambda: release.wait(5) and order.append("begun"))
+    assert not future.done()
     release.set()
     caller.call("read", lambda: order.append("next"), 5)
     assert order == ["begun", "next"]
-    assert begun.result(5) is None
+    assert future.result(5) is None
 
 
-def test_a_call_that_is_begun_and_taken_back_is_not_made(caller):
+def test_cancelled_call_does_not_run(caller):
     release, calls = threading.Event(), []
     caller.start("stream", lambda: release.wait(5))
-    begun = caller.start("read", lambda: calls.append("read"))
-    assert begun.cancel()
+    future = caller.start("read", lambda: calls.append("read"))
+    assert future.cancel()
     release.set()
     caller.call("read", lambda: calls.append("next"), 5)
     assert calls == ["next"]
 
 
-def test_an_urgent_call_does_not_wait_behind_one_that_hangs_and_one_that_was_taken_back(caller):
+def test_urgent_call_skips_hanging_and_cancelled_calls(caller):
     release = threading.Event()
     caller.start("read", release.wait)
     with pytest.raises(DeviceTimeoutError):
@@ -188,7 +188,7 @@ def test_an_urgent_call_does_not_wait_behind_one_that_hangs_and_one_that_was_tak
     release.set()
 
 
-def test_two_may_wait_for_one_call(caller):
+def test_two_threads_may_wait_for_one_call(caller):
     release = threading.Event()
     pending = caller._send(release.wait)
     with ThreadPoolExecutor(2) as pool:
@@ -199,14 +199,14 @@ def test_two_may_wait_for_one_call(caller):
     assert pending.result() is True
 
 
-def test_a_call_may_have_no_time_left(caller):
+def test_negative_time_out_is_a_time_out(caller):
     release = threading.Event()
     with pytest.raises(DeviceTimeoutError):
         caller.call("read", release.wait, -0.1)
     release.set()
 
 
-def test_the_first_call_that_hangs_is_named_whatever_hangs_after_it(caller):
+def test_first_hanging_call_is_named_after_later_ones_hang(caller):
     release = threading.Event()
     with pytest.raises(DeviceTimeoutError):
         caller.call("read", release.wait, 0.02)
@@ -217,7 +217,7 @@ def test_the_first_call_that_hangs_is_named_whatever_hangs_after_it(caller):
     release.set()
 
 
-def test_a_call_that_is_begun_on_a_device_that_does_not_block_has_its_outcome_at_once():
+def test_inline_caller_has_the_outcome_at_once():
     def refuse() -> None:
         raise TimeoutError("the instrument's own")
 

@@ -1,4 +1,4 @@
-"""Values of labels as they are written, read and shown; selections by them."""
+"""Label values as written, stored and shown, and selection by them."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ def label(value, name="x"):
         ("yes", "yes", ""),
     ],
 )
-def test_a_value_is_stored_as_what_it_is(written, stored, unit):
+def test_label_value_is_stored_with_its_type(written, stored, unit):
     value, symbol = in_si(label(written))
     assert (value, symbol) == (pytest.approx(stored) if isinstance(stored, float) else stored, unit)
     assert type(value) is type(stored)
@@ -54,7 +54,7 @@ def test_a_value_is_stored_as_what_it_is(written, stored, unit):
         ("a\x07b", "control characters"),
     ],
 )
-def test_what_may_be_meant_otherwise_is_refused(written, message):
+def test_ambiguous_label_value_is_refused(written, message):
     with pytest.raises(ValueError, match=message):
         label(written)
 
@@ -68,12 +68,12 @@ def test_what_may_be_meant_otherwise_is_refused(written, message):
         ("utc", "tables have a column 'utc' already"),
     ],
 )
-def test_a_name_hides_nothing(name, message):
+def test_reserved_or_invalid_label_name_is_refused(name, message):
     with pytest.raises(ValueError, match=message):
         label("a", name)
 
 
-def test_values_in_words():
+def test_coordinates_in_words():
     assert [coordinate_text(value) for value in (3, 2.0, True, False, "wear")] == [
         "3", "2", "yes", "no", "wear",
     ]  # fmt: skip
@@ -83,7 +83,7 @@ def test_values_in_words():
     assert labels_of({**labels, "block": 3}) == labels
 
 
-def test_a_selection_compares_as_a_person_does():
+def test_selection_compares_converted_values():
     coordinates = {"phase": "wear", "dwell": 60.0, "aged": True, "block": 1}
     settings = StepSettings.model_validate
     for where in ({"phase": "wear"}, {"dwell": "1 min"}, {"aged": True}, {"block": 1}, {}):
@@ -92,7 +92,7 @@ def test_a_selection_compares_as_a_person_does():
         assert not matches(coordinates, settings({"label": where}).label), where
 
 
-def test_things_at_one_set_point_may_differ_by_a_counter_and_not_by_a_label():
+def test_items_at_one_set_point_may_differ_by_counter_but_not_by_label():
     wear, final = {"phase": "wear", "block": 1}, {"phase": "final"}
     at_10, at_20 = {"t.frequency": 10.0}, {"t.frequency": 20.0}
     assert not mixed_labels([(at_10, wear, {}), (at_10, {**wear, "block": 2}, {})])

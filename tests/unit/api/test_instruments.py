@@ -1,4 +1,4 @@
-"""The register's entries: accuracy in parts, in one figure or by points; ranges; other channels."""
+"""Register entries: accuracy by errors, as one figure or by points; ranges; any quantity."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ POINTS = [
 ]
 
 
-def test_an_entry_is_a_torque_transducer_unless_it_says_otherwise():
+def test_entry_is_a_torque_transducer_by_default():
     torque = ENTRY.model_validate(TORQUE | {"accuracy": SPLIT})
     cell = ENTRY.model_validate(LOAD_CELL)
 
@@ -41,7 +41,7 @@ def test_an_entry_is_a_torque_transducer_unless_it_says_otherwise():
     assert cell.due == date(2027, 1, 31)
 
 
-def test_points_give_the_limit_of_error_where_no_accuracy_is_stated():
+def test_points_give_the_limit_of_error_without_accuracy():
     instrument = Instrument.model_validate(TORQUE | {"points": POINTS})
 
     assert instrument.half_width("overall") == pytest.approx(0.03 + 0.01, rel=1e-12)
@@ -61,7 +61,7 @@ def test_points_give_the_limit_of_error_where_no_accuracy_is_stated():
         ({"points": POINTS[1:]}, (0.0, 10.0)),
     ],
 )
-def test_the_calibrated_range_of_a_torque_transducer(changes, expected):
+def test_calibrated_range_of_a_torque_transducer(changes, expected):
     entry = TORQUE | {"accuracy": SPLIT} | changes
 
     assert Instrument.model_validate(entry).calibrated_range == expected
@@ -84,7 +84,7 @@ def test_the_calibrated_range_of_a_torque_transducer(changes, expected):
         ({"accuracy": "1 % FS", "calibration": "none"}, "'simulated', 'recorded' or 'trial'"),
     ],
 )  # fmt: skip
-def test_an_impossible_torque_transducer_is_refused(changes, words):
+def test_invalid_torque_transducer_is_refused(changes, words):
     with pytest.raises(ValidationError, match=words):
         ENTRY.model_validate(TORQUE | changes)
 
@@ -100,12 +100,12 @@ def test_an_impossible_torque_transducer_is_refused(changes, words):
         ({"full_scale": "5 N·m"}, "got '5 N·m', a torque, expected a force"),
     ],
 )
-def test_an_impossible_other_instrument_is_refused(changes, words):
+def test_invalid_load_cell_is_refused(changes, words):
     with pytest.raises(ValidationError, match=words):
         ENTRY.model_validate(LOAD_CELL | changes)
 
 
-def test_a_thermometer_has_an_uncertainty_in_kelvin():
+def test_uncertainty_of_a_thermometer_is_in_kelvin():
     point = {"applied": "20 °C", "indicated": "20.1 °C", "U": "0.2 K"}
     entry = {"channel": "room.temperature", "measures": "temperature", "serial": "9"}
     instrument = ENTRY.model_validate(entry | {"points": [point]})
@@ -118,7 +118,7 @@ def test_a_thermometer_has_an_uncertainty_in_kelvin():
 
 @pytest.mark.parametrize("interpolation", [{}, {"interpolation": "linear"}])
 @pytest.mark.parametrize("k", [1, 1.65, 2, 3])
-def test_a_small_coverage_factor_gives_no_smaller_uncertainty(k, interpolation):
+def test_small_coverage_factor_gives_no_smaller_uncertainty(k, interpolation):
     """U/k is the standard uncertainty (GUM 4.3.3); as a rectangle, U alone would be U/√3."""
     points = [{"applied": f"{v} V", "indicated": f"{v} V", "U": "0.1 V", "k": k} for v in (1, 10)]
     entry = {"channel": "meter.voltage", "measures": "voltage", "serial": "9", "points": points}
@@ -135,7 +135,7 @@ def test_a_small_coverage_factor_gives_no_smaller_uncertainty(k, interpolation):
         ("power level", "-30 dBm", "-10 dBm", "0.1 dB", -5.0),
     ],
 )
-def test_zero_of_a_scale_is_not_within_its_calibration_points(quantity, low, high, U, below):  # noqa: N803
+def test_zero_of_an_offset_scale_is_not_in_the_calibrated_range(quantity, low, high, U, below):  # noqa: N803
     points = [{"applied": value, "indicated": value, "U": U} for value in (low, high)]
     entry = {"channel": "room.x", "measures": quantity, "serial": "9", "points": points}
     instrument = ENTRY.model_validate(entry)
@@ -147,7 +147,7 @@ def test_zero_of_a_scale_is_not_within_its_calibration_points(quantity, low, hig
     assert voltmeter.calibrated_range == (0.0, 5.0)
 
 
-def test_a_reading_below_the_range_names_where_it_begins():
+def test_reading_below_the_range_names_its_lower_end():
     points = [{"applied": value, "indicated": value, "U": "0.1 K"} for value in ("10 °C", "40 °C")]
     instrument = ENTRY.model_validate(
         {"channel": "room.x", "measures": "temperature", "serial": "9", "points": points}
@@ -171,8 +171,8 @@ THERMOMETER = {
 FALLEN = {"applied": "40 °C", "indicated": "19 °C", "U": "1 K"}
 
 
-def test_readings_of_any_quantity_are_corrected_between_the_points():
-    """Of a temperature nothing is mirrored: below the lowest point its deviation holds."""
+def test_readings_are_corrected_between_the_points():
+    """A temperature is not mirrored: the deviation of the lowest point applies below it."""
     instrument = Instrument.model_validate(THERMOMETER)
     celsius = np.array([5.0, 10.2, 15.15, 20.1, 25.25, 40.0])
     expected = celsius - [0.2, 0.2, 0.15, 0.1, 0.25, 0.4]
@@ -190,21 +190,21 @@ def test_readings_of_any_quantity_are_corrected_between_the_points():
         ("0.15 K", "accuracy '0.15 K' is less than U at 30 °C"),
     ],
 )
-def test_what_is_stated_beside_points_that_correct_does_not_replace_their_u(accuracy, words):
-    """U of the points, 0.1 K to 0.2 K, was not in the budget of a reading then."""
+def test_accuracy_must_not_replace_the_uncertainty_of_correcting_points(accuracy, words):
+    """Otherwise U of the points, 0.1 K to 0.2 K, would be missing in the budget of a reading."""
     with pytest.raises(ValidationError, match=re.escape(words)):
         Instrument.model_validate(THERMOMETER | {"accuracy": accuracy})
     Instrument.model_validate(THERMOMETER | {"accuracy": accuracy}, context={STORED: True})
 
 
-def test_a_gain_does_not_replace_u_of_the_points_of_a_torque_transducer():
+def test_gain_must_not_replace_the_uncertainty_of_torque_points():
     entry = TORQUE | {"points": POINTS, "interpolation": "linear"}
     words = "accuracy.gain: the 'points' that correct the readings give what is left of it, with"
     with pytest.raises(ValidationError, match=words):
         Instrument.model_validate(entry | {"accuracy": {"gain": "0.1 %"}})
 
 
-def test_other_errors_and_a_greater_limit_may_stand_beside_points_that_correct():
+def test_correcting_points_allow_other_errors_and_a_greater_limit():
     drifts = Instrument.model_validate(THERMOMETER | {"accuracy": {"drift": "0.3 K"}})
     assert drifts.half_width("drift") == pytest.approx(0.3)
     assert drifts.half_width("overall") > 0.2
@@ -213,19 +213,19 @@ def test_other_errors_and_a_greater_limit_may_stand_beside_points_that_correct()
     ) == pytest.approx(0.2)
 
 
-def test_a_zero_that_was_read_is_corrected_as_well():
+def test_zero_reading_is_corrected_as_well():
     points = [
         {"applied": "0 V", "indicated": "0.1 V", "U": "1 mV"},
         {"applied": "10 V", "indicated": "10.3 V", "U": "1 mV"},
     ]
     entry = {"channel": "m.u", "measures": "voltage", "serial": "1", "points": points}
     linear = Instrument.model_validate(entry | {"interpolation": "linear"})
-    # 5.2 V indicated is 5 V, and a zero reading of 0.1 V is none
+    # 5.2 V indicated is 5 V, and a zero reading of 0.1 V is 0 V
     assert linear.corrected(np.array([5.2, 10.3]), 0.1) == pytest.approx([5.0, 10.0])
     assert Instrument.model_validate(entry).corrected(np.array([5.2]), 0.1) == pytest.approx(5.1)
 
 
-def test_a_force_is_mirrored_about_its_zero_as_a_torque_is():
+def test_correction_of_a_force_is_mirrored_about_zero():
     points = [
         {"applied": "1 kN", "indicated": "1.01 kN", "U": "1 N"},
         {"applied": "2 kN", "indicated": "2.03 kN", "U": "1 N"},
@@ -246,12 +246,12 @@ def test_a_force_is_mirrored_about_its_zero_as_a_torque_is():
          "indicated must rise with applied"),
     ],
 )  # fmt: skip
-def test_points_that_cannot_correct_are_refused(changes, words):
+def test_points_unsuitable_for_interpolation_are_refused(changes, words):
     with pytest.raises(ValidationError, match=words):
         Instrument.model_validate(THERMOMETER | changes)
 
 
-def test_the_full_scale_of_any_instrument_is_what_a_share_is_of():
+def test_share_of_full_scale_uses_the_full_scale_of_any_instrument():
     cell = {key: LOAD_CELL[key] for key in ("channel", "measures", "serial", "accuracy")}
     instrument = Instrument.model_validate(cell | {"full_scale": "5 kN"})
     assert instrument.half_width("overall") == pytest.approx(5.0)
@@ -262,8 +262,8 @@ def test_the_full_scale_of_any_instrument_is_what_a_share_is_of():
         Instrument.model_validate({"channel": "a.b", "serial": "1", "accuracy": "0.1 % FS"})
 
 
-def test_points_stand_for_what_the_accuracy_leaves_out():
-    """A drift since the calibration comes on top of the table; a stated gain takes its place."""
+def test_points_replace_the_errors_missing_in_the_accuracy():
+    """A drift since the calibration is added to the points; a stated gain replaces them."""
     entry = TORQUE | {"points": POINTS}
     drifted = Instrument.model_validate(entry | {"accuracy": {"drift": "5 mN·m"}})
     assert drifted.half_width("overall") == pytest.approx(0.04)
@@ -275,7 +275,7 @@ def test_points_stand_for_what_the_accuracy_leaves_out():
 @pytest.mark.parametrize(
     ("stated", "share"), [("0.3 %", 0.003), ("3000 ppm", 0.003), ("0.003 1", 0.003)]
 )
-def test_a_bare_share_is_of_the_reading_or_of_full_scale(stated, share):
+def test_bare_share_is_of_reading_for_gain_and_of_full_scale_for_nonlinearity(stated, share):
     parts = {"gain": stated, "nonlinearity": stated}
     instrument = Instrument.model_validate(TORQUE | {"accuracy": parts})
     assert instrument.half_width("gain") == pytest.approx(share, rel=1e-12)

@@ -1,4 +1,4 @@
-"""A limit, and the decision on one value: what passes, what is marginal, and how it reads."""
+"""A limit and its decision on one value: pass, marginal, and the text."""
 
 from __future__ import annotations
 
@@ -33,14 +33,14 @@ def limit(low=None, high=None, marginal=0.0):
         ("1 N·m", "3 N·m", nan, False),
     ],
 )
-def test_a_value_passes_within_the_limit_with_both_bounds(low, high, value, passes):
+def test_limits_are_inclusive(low, high, value, passes):
     decision = limit(low, high).decision(value)
     assert decision.passes is passes
     assert decision.verdict is (Verdict.PASS if passes else Verdict.FAIL)
 
 
 @given(st.floats(-1e3, 1e3), st.floats(0, 10), st.floats(-2e3, 2e3))
-def test_a_lower_limit_decides_as_the_mirrored_upper_one_does(bound, marginal, value):
+def test_lower_limit_mirrors_the_upper_one(bound, marginal, value):
     lower = ValueLimit(NAME, bound, None, "N·m", marginal).decision(value)
     upper = ValueLimit(NAME, None, -bound, "N·m", marginal).decision(-value)
     assert (lower.verdict, lower.marginal) == (upper.verdict, upper.marginal)
@@ -52,7 +52,7 @@ def test_a_lower_limit_decides_as_the_mirrored_upper_one_does(bound, marginal, v
     ("marginal", "value", "expected"),
     [(0.5, 2.6, True), (0.5, 2.4, False), (0.5, 1.4, True), (0.0, 3.0, False), (0.5, 3.1, False)],
 )
-def test_marginal_is_within_the_limit_and_near_it(marginal, value, expected):
+def test_marginal_is_within_but_near_the_limit(marginal, value, expected):
     assert limit("1 N·m", "3 N·m", marginal).decision(value).marginal is expected
 
 
@@ -65,11 +65,11 @@ def test_marginal_is_within_the_limit_and_near_it(marginal, value, expected):
         (None, "500 mN·m", nan, f"{NAME} is nan mN·m (limit: 500 mN·m or less)"),
     ],
 )
-def test_a_missed_limit_reads_in_the_unit_of_the_procedure(low, high, value, text):
+def test_reason_is_in_the_unit_of_the_procedure(low, high, value, text):
     assert limit(low, high).decision(value).reason == text
 
 
-def test_a_value_just_beyond_its_limit_is_not_shown_as_the_limit():
+def test_value_just_beyond_the_limit_is_shown_with_more_digits():
     decision = limit(None, "0.5 N·m").decision(0.5 * (1 + 1e-14))
     assert not decision.passes
     assert decision.reason == f"{NAME} is 0.500000000000005 N·m (limit: 0.5 N·m or less)"
@@ -85,8 +85,8 @@ def test_a_value_just_beyond_its_limit_is_not_shown_as_the_limit():
         ("77.09 °F", "25.05 °C"),
     ],
 )
-def test_a_value_on_its_limit_passes_in_whatever_unit_either_is_written(read, allowed):
-    """Exactly equal as written; as binary numbers in SI they differ in the last digits."""
+def test_value_on_the_limit_passes_in_another_unit(read, allowed):
+    """Equal as written; as binary numbers in SI they differ in the last digits."""
     value, end = parse_quantity(read), parse_quantity(allowed)
     for bound in (ValueLimit.between(NAME, None, end), ValueLimit.between(NAME, end, None)):
         assert bound.decision(value.si).passes
@@ -103,11 +103,11 @@ def test_a_value_on_its_limit_passes_in_whatever_unit_either_is_written(read, al
         ("0 N", None, "0 N or more"),
     ],
 )
-def test_a_limit_in_words(low, high, text):
+def test_limits_in_words(low, high, text):
     assert limit(low, high).limits.in_words == text
 
 
-def test_a_limit_of_temperature_is_in_kelvin_and_shown_in_degrees():
+def test_temperature_limit_is_in_kelvin_and_shown_in_degrees_celsius():
     limits = limit("20 °C", "26 °C").limits
     assert (limits.lower, limits.upper, limits.unit) == (293.15, 299.15, "K")
     assert (str(limits), limits.in_signs) == ("20 °C to 26 °C", "20 °C … 26 °C")

@@ -1,4 +1,4 @@
-"""Drivers that talk in lines of text: over loopback, and with their simulator."""
+"""Drivers of line-based instruments: over loopback, and with their simulator."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ SCRIPT = {b"*IDN?\n": IDENTITY, b"LEVEL?\n": b"0.25\n", b"LEVEL 0\n": b"ok\n"}
 
 
 class SimulatedLamp:
-    """Answers as the lamp does."""
+    """Answers like the lamp."""
 
     level = "0"
 
@@ -44,7 +44,7 @@ class SimulatedLamp:
 
 
 class Lamp(LineDriver):
-    """Answers each line with one."""
+    """Answers each line with one line."""
 
     channels = (ChannelInfo("level", "1", "Level"),)
     drives = (DriveInfo("level", "1", "Level", 0.0, 1.0),)
@@ -64,19 +64,19 @@ class LampOfCarriageReturns(Lamp):
 
 
 class Log:
-    """Keeps what a driver tells."""
+    """Keeps the messages of a driver."""
 
     def __init__(self):
-        self.told = []
+        self.messages = []
 
     def info(self, text, *values):
-        self.told.append(("info", text % values))
+        self.messages.append(("info", text % values))
 
     def warning(self, text, *values):
-        self.told.append(("warning", text % values))
+        self.messages.append(("warning", text % values))
 
     def error(self, text, *values):
-        self.told.append(("error", text % values))
+        self.messages.append(("error", text % values))
 
 
 def lamp(tmp_path, driver_class=Lamp, log=None, **settings):
@@ -84,8 +84,8 @@ def lamp(tmp_path, driver_class=Lamp, log=None, **settings):
     return driver_class(LineSettings(**settings), context)
 
 
-def failing(tmp_path, script):
-    """Return what is raised by reading the level, how long that took, and the driver."""
+def failure_of(tmp_path, script):
+    """Return the error of connecting and reading the level, its duration, and the driver."""
     with peer(SCRIPT | script) as instrument:
         device = lamp(tmp_path, address=instrument.address, timeout="1 s")
         began = time.monotonic()
@@ -99,7 +99,7 @@ def failing(tmp_path, script):
     raise AssertionError("nothing failed")
 
 
-def test_the_simulator_stands_in_for_the_instrument(tmp_path):
+def test_simulator_replaces_the_instrument(tmp_path):
     device = lamp(tmp_path, simulated=True)
     identity = device.connect(1.0)
     assert (identity.maker, identity.model, identity.serial) == ("Example", "lamp", "SIM")
@@ -109,7 +109,7 @@ def test_the_simulator_stands_in_for_the_instrument(tmp_path):
     assert device.make_safe() == {"level": 0.0}
 
 
-def test_over_a_socket_the_very_bytes_are_as_written_down(tmp_path):
+def test_exact_bytes_are_sent_over_a_socket(tmp_path):
     with peer(SCRIPT) as instrument:
         device = lamp(tmp_path, address=instrument.address)
         identity = device.connect(1.0)
@@ -120,7 +120,7 @@ def test_over_a_socket_the_very_bytes_are_as_written_down(tmp_path):
     assert instrument.heard == [b"*IDN?\n", b"LEVEL?\n", b"LEVEL 0\n"]
 
 
-def test_a_driver_has_its_own_terminator(tmp_path):
+def test_driver_may_set_its_terminator(tmp_path):
     script = {b"*IDN?\r\n": b"Example,lamp,0007,1.2\r\n", b"LEVEL?\r\n": b"1e-1\r\n"}
     with peer(script, b"\r\n") as instrument:
         device = lamp(tmp_path, LampOfCarriageReturns, address=instrument.address)
@@ -129,28 +129,28 @@ def test_a_driver_has_its_own_terminator(tmp_path):
         device.close()
 
 
-def test_nobody_at_the_address(tmp_path):
+def test_unreachable_address_is_a_missing_device(tmp_path):
     with peer({}) as instrument:
         address = instrument.address
     with pytest.raises(DeviceNotFoundError, match=r"127\.0\.0\.1:\d+ cannot be reached.*address"):
         lamp(tmp_path, address=address).connect(1.0)
 
 
-def test_no_answer_ends_in_time(tmp_path):
-    error, took_s, _ = failing(tmp_path, {b"LEVEL?\n": b""})
+def test_missing_answer_times_out(tmp_path):
+    error, took_s, _ = failure_of(tmp_path, {b"LEVEL?\n": b""})
     assert isinstance(error, DeviceTimeoutError)
     assert "did not answer 'LEVEL?' within 1 s" in str(error)
     assert took_s < 10.0
 
 
-def test_the_time_is_that_of_the_whole_answer(tmp_path):
-    """Two hundred pieces in 10 s; each comes within the 1 s, all of them do not."""
-    error, took_s, _ = failing(tmp_path, {b"LEVEL?\n": (b"1",) * 200})
+def test_time_out_applies_to_the_whole_answer(tmp_path):
+    """Two hundred pieces in 10 s: each arrives within 1 s, but the whole answer does not."""
+    error, took_s, _ = failure_of(tmp_path, {b"LEVEL?\n": (b"1",) * 200})
     assert isinstance(error, DeviceTimeoutError)
     assert took_s < 8.0
 
 
-def test_an_answer_may_come_in_pieces(tmp_path):
+def test_answer_may_arrive_in_pieces(tmp_path):
     with peer(SCRIPT | {b"LEVEL?\n": (b"0.", b"25", b"\n")}) as instrument:
         device = lamp(tmp_path, address=instrument.address)
         device.connect(1.0)
@@ -169,21 +169,21 @@ def test_an_answer_may_come_in_pieces(tmp_path):
         (b"9" * 70000, DeviceRejectedError, "more than 65536 bytes"),
     ],
 )
-def test_a_wrong_answer_says_what_came(tmp_path, answer, kind, text):
-    error, _, _ = failing(tmp_path, {b"LEVEL?\n": answer})
+def test_error_for_an_invalid_answer_shows_it(tmp_path, answer, kind, text):
+    error, _, _ = failure_of(tmp_path, {b"LEVEL?\n": answer})
     assert isinstance(error, kind)
     assert text in str(error)
 
 
 @pytest.mark.parametrize("answer", [b"ERROR 3\n", b"a,b,c\n", b"a,b,c,d,e\n"])
-def test_another_instrument_is_refused(tmp_path, answer):
-    error, _, _ = failing(tmp_path, {b"*IDN?\n": answer})
+def test_invalid_identity_is_refused(tmp_path, answer):
+    error, _, _ = failure_of(tmp_path, {b"*IDN?\n": answer})
     assert isinstance(error, DeviceNotFoundError)
     assert "is it the right instrument" in str(error)
 
 
-def test_an_answer_that_comes_late_is_never_taken_for_another(tmp_path):
-    """The connection is given up with what may still come over it, and opened again."""
+def test_extra_line_is_not_taken_for_the_next_answer(tmp_path):
+    """The connection is dropped, with anything still to come over it, and opened again."""
     with peer(SCRIPT | {b"LEVEL 1\n": b"ok\nlate\n"}) as instrument:
         device = lamp(tmp_path, address=instrument.address)
         device.connect(1.0)
@@ -198,7 +198,7 @@ def test_an_answer_that_comes_late_is_never_taken_for_another(tmp_path):
 
 
 class Once(dict):
-    """A script of which some answers come once, and from then on others."""
+    """A script with some answers that are given once, before the usual ones."""
 
     def __init__(self, script, once):
         super().__init__(script)
@@ -209,8 +209,8 @@ class Once(dict):
 
 
 @pytest.mark.parametrize("wrong", [(b"", b"0.75\n"), HANG_UP, b"n/a\n", b"1\n2\n"])
-def test_the_next_call_is_answered_whatever_became_of_the_one_before(tmp_path, wrong):
-    """A first answer that comes late (in two pieces, 0.05 s apart), none, or nonsense."""
+def test_call_after_a_failed_answer_succeeds(tmp_path, wrong):
+    """The first answer is late (in two pieces, 0.05 s apart), missing or invalid."""
     log = Log()
     with peer(Once(SCRIPT, {b"LEVEL?\n": wrong})) as instrument:
         device = lamp(tmp_path, address=instrument.address, timeout="0.02 s", log=log)
@@ -222,12 +222,12 @@ def test_the_next_call_is_answered_whatever_became_of_the_one_before(tmp_path, w
             assert device.read(["level"]) == {"level": 0.25}
         device.close()
     assert instrument.heard.count(b"*IDN?\n") == 2
-    ((level, text),) = log.told
+    ((level, text),) = log.messages
     assert level == "warning"
     assert text.startswith("reconnected to Example lamp 0007 after: ")
 
 
-def test_another_instrument_is_refused_on_reconnecting_and_its_drives_are_left_alone(tmp_path):
+def test_other_instrument_on_reconnecting_is_refused_and_not_driven(tmp_path):
     once = {b"LEVEL?\n": HANG_UP, b"*IDN?\n": IDENTITY}
     script = {**SCRIPT, b"*IDN?\n": b"Example,lamp,0008,1.2\n"}
     with peer(Once(script, once)) as instrument:
@@ -242,8 +242,8 @@ def test_another_instrument_is_refused_on_reconnecting_and_its_drives_are_left_a
     assert b"LEVEL 0\n" not in instrument.heard
 
 
-def test_a_late_answer_on_a_serial_line_is_thrown_away(tmp_path):
-    """A serial port gives what came late to who opens it next."""
+def test_late_answer_on_a_serial_line_is_discarded(tmp_path):
+    """A serial port delivers late bytes to the next program that opens it."""
     answers = iter([b"0.75\n"])
 
     def talk(heard):
@@ -253,18 +253,18 @@ def test_a_late_answer_on_a_serial_line_is_thrown_away(tmp_path):
             return len(line) + 1, late
         return (len(line) + 1, SCRIPT.get(line + end, b"")) if end else (0, b"")
 
-    far = SerialPeer(talk)
-    device = lamp(tmp_path, address=far.port, baud=115200, timeout="1 s")
+    serial_peer = SerialPeer(talk)
+    device = lamp(tmp_path, address=serial_peer.port, baud=115200, timeout="1 s")
     device.connect(1.0)
     with pytest.raises(DeviceTimeoutError):
         device.read(["level"])
     device.settings = device.settings.model_copy(update={"timeout": 5.0})
     assert device.read(["level"]) == {"level": 0.25}
     device.close()
-    far.close()
+    serial_peer.close()
 
 
-def test_what_was_not_asked_for_is_refused(tmp_path):
+def test_unsolicited_answer_is_refused(tmp_path):
     class Careless(Lamp):
         def put(self, drive, value):  # noqa: ARG002  (of one drive)
             self.tell(f"LEVEL {value:g}")  # but the instrument answers
@@ -281,7 +281,7 @@ def test_what_was_not_asked_for_is_refused(tmp_path):
         device.close()
 
 
-def test_safety_opens_a_lost_connection_once_more(tmp_path):
+def test_make_safe_reopens_a_lost_connection(tmp_path):
     with peer(SCRIPT | {b"LEVEL 1\n": HANG_UP, b"LEVEL?\n": b"0\n"}) as instrument:
         device = lamp(tmp_path, address=instrument.address)
         device.connect(1.0)
@@ -292,7 +292,7 @@ def test_safety_opens_a_lost_connection_once_more(tmp_path):
     assert instrument.heard[-4:-1] == [b"*IDN?\n", b"LEVEL 0\n", b"LEVEL?\n"]
 
 
-def test_a_simulator_is_as_silent_as_the_instrument(tmp_path):
+def test_simulator_checks_for_missing_and_unexpected_answers(tmp_path):
     device = lamp(tmp_path, simulated=True)
     device.connect(1.0)
     with pytest.raises(DeviceTimeoutError, match="'COLOUR\\?' was not answered"):
@@ -314,7 +314,7 @@ def test_a_simulator_is_as_silent_as_the_instrument(tmp_path):
         {"address": "nonsense", "simulated": True},
     ],
 )
-def test_an_address_that_cannot_be_is_refused(settings):
+def test_invalid_address_is_refused(settings):
     with pytest.raises(
         ValidationError, match="expected host:port, a serial port, or 'simulated: yes'"
     ):
@@ -322,7 +322,7 @@ def test_an_address_that_cannot_be_is_refused(settings):
 
 
 def lines_of(script):
-    """Return what a SerialPeer is to answer."""
+    """Return the answers of a SerialPeer by a script."""
 
     def talk(heard):
         line, end, _ = heard.partition(b"\n")
@@ -333,7 +333,7 @@ def lines_of(script):
 
 @pytest.fixture
 def wired(tmp_path):
-    """Make a lamp behind a pseudo-terminal that answers as a script says."""
+    """Return a function that makes a lamp behind a pseudo-terminal with a script."""
     peers, lamps = [], []
 
     def make(script):
@@ -349,13 +349,13 @@ def wired(tmp_path):
         peer_.unplug()
 
 
-def test_over_a_serial_port_it_is_the_same(wired):
+def test_driver_works_over_a_serial_port(wired):
     device, _ = wired({})
     assert device.read(["level"]) == {"level": 0.25}
     device.begin("level", 0.0)
 
 
-def test_a_silent_serial_instrument_ends_in_time(wired):
+def test_silent_serial_instrument_times_out(wired):
     device, _ = wired({b"LEVEL?\n": b""})
     began = time.monotonic()
     with pytest.raises(DeviceTimeoutError, match=r"did not answer 'LEVEL\?' within 1 s"):
@@ -363,25 +363,25 @@ def test_a_silent_serial_instrument_ends_in_time(wired):
     assert time.monotonic() - began < 10.0
 
 
-def test_an_adapter_that_is_pulled_is_a_lost_device(wired):
+def test_unplugged_adapter_is_a_lost_device(wired):
     device, instrument = wired({})
     instrument.unplug()
     with pytest.raises(DeviceLostError, match="was lost at 'LEVEL"):
         device.read(["level"])
 
 
-def test_a_serial_port_that_is_not_there(tmp_path):
+def test_missing_serial_port_is_a_missing_device(tmp_path):
     with pytest.raises(DeviceNotFoundError, match=r"ttyNone cannot be opened.*plugged in"):
         lamp(tmp_path, address="/dev/ttyNone").connect(1.0)
 
 
-def test_without_pyserial_it_says_what_to_install(tmp_path, monkeypatch):
-    monkeypatch.setattr(lines, "find_spec", lambda name: None)  # noqa: ARG005  (whatever is asked)
+def test_missing_pyserial_names_the_extra_to_install(tmp_path, monkeypatch):
+    monkeypatch.setattr(lines, "find_spec", lambda name: None)  # noqa: ARG005  (any package)
     with pytest.raises(MissingPackageError, match=r"rigrunner\[serial\]"):
         lamp(tmp_path, address="/dev/ttyUSB0")
 
 
-def test_it_gives_up_before_the_station_gives_it_up(tmp_path):
+def test_time_out_must_be_below_the_patience_of_the_station(tmp_path):
     patience = Patience(answer_s=3.0)
     context = DeviceContext("lamp", SimulatedClock(), tmp_path, patience=patience)
     assert Lamp(LineSettings(simulated=True, timeout="2.9 s"), context)
@@ -392,11 +392,11 @@ def test_it_gives_up_before_the_station_gives_it_up(tmp_path):
 @pytest.mark.parametrize(
     "address", ["10.0.0.5:5025", "bench-3.lab:80", "[::1]:5025", "/dev/ttyUSB0", "COM3"]
 )
-def test_addresses(address):
+def test_valid_addresses_are_accepted(address):
     assert LineSettings(address=address).address == address
 
 
-def test_its_settings_say_whether_it_is_simulated():
+def test_settings_decide_whether_the_device_is_simulated():
     record = DeviceRecord(name="lamp", help="A lamp.", settings=LineSettings, factory=Lamp)
     registry = Registry([Plugin("device", record, Provider("lab", "1"))])
     assert registry.is_simulated("lamp", {"simulated": True})
@@ -404,11 +404,11 @@ def test_its_settings_say_whether_it_is_simulated():
 
 
 @pytest.mark.parametrize("address", ["10.0.0.5:1", "10.0.0.5:65535", "[::1]:5025"])
-def test_every_port_there_is_may_be_the_instruments(address):
+def test_all_port_numbers_are_accepted(address):
     assert LineSettings(address=address).address == address
 
 
-def test_an_instrument_on_the_network_needs_no_package_for_serial_ports(tmp_path, monkeypatch):
+def test_network_instrument_needs_no_pyserial(tmp_path, monkeypatch):
     monkeypatch.setattr(lines, "find_spec", lambda _name: None)
     lamp(tmp_path, address="10.0.0.5:5025")
     with pytest.raises(MissingPackageError, match="pyserial"):
@@ -416,13 +416,13 @@ def test_an_instrument_on_the_network_needs_no_package_for_serial_ports(tmp_path
 
 
 @pytest.mark.parametrize(("address", "written"), [("", "nothing"), ("10.0.0.5", "'10.0.0.5'")])
-def test_an_address_that_is_refused_is_told_as_it_was_written(address, written):
+def test_refused_address_is_shown_as_written(address, written):
     with pytest.raises(ValidationError, match=f"address: got {written}, expected host:port"):
         LineSettings(address=address)
 
 
 class DeafPort:
-    """Takes all that is sent, and never has an answer."""
+    """Accepts everything that is sent, and never answers."""
 
     def __init__(self):
         self.closed = False
@@ -440,8 +440,8 @@ class DeafPort:
         self.closed = True
 
 
-def test_a_port_is_closed_once_an_answer_is_given_up():
-    """Else what comes late would wait there for the next line."""
+def test_port_is_closed_after_a_time_out():
+    """Otherwise a late answer would be read as that of the next line."""
     port = DeafPort()
     link = LineLink("lamp", port, "\n", 0.2)
     with pytest.raises(DeviceTimeoutError, match=r"lamp did not answer 'LEVEL\?' within 0.2 s"):
@@ -451,7 +451,7 @@ def test_a_port_is_closed_once_an_answer_is_given_up():
         link.ask("LEVEL?")
 
 
-def test_only_on_reconnecting_late_answers_on_a_serial_line_are_waited_for(wired, monkeypatch):
+def test_serial_line_waits_for_silence_only_on_reconnecting(wired, monkeypatch):
     waits_s = []
     monkeypatch.setattr(
         LineLink, "wait_for_silence", lambda _link, quiet_s: waits_s.append(quiet_s)
@@ -462,7 +462,7 @@ def test_only_on_reconnecting_late_answers_on_a_serial_line_are_waited_for(wired
     assert waits_s == [1.0]
 
 
-def test_a_socket_has_no_late_answers_to_wait_for(tmp_path, monkeypatch):
+def test_socket_does_not_wait_for_silence(tmp_path, monkeypatch):
     waits_s = []
     monkeypatch.setattr(
         LineLink, "wait_for_silence", lambda _link, quiet_s: waits_s.append(quiet_s)
@@ -475,8 +475,8 @@ def test_a_socket_has_no_late_answers_to_wait_for(tmp_path, monkeypatch):
     assert waits_s == []
 
 
-def test_a_connection_that_is_opened_again_closes_the_one_before(tmp_path, monkeypatch):
-    class Known(Lamp):
+def test_connecting_again_closes_the_previous_port(tmp_path, monkeypatch):
+    class Identified(Lamp):
         def identify(self):
             return Identity("Example", "lamp", "0007", "1.2")
 
@@ -487,13 +487,13 @@ def test_a_connection_that_is_opened_again_closes_the_one_before(tmp_path, monke
         return ports[-1]
 
     monkeypatch.setattr(lines, "TcpPort", port)
-    device = lamp(tmp_path, Known, address="10.0.0.5:5025")
+    device = lamp(tmp_path, Identified, address="10.0.0.5:5025")
     device.connect(1.0)
     device.connect(1.0)
     assert [port.closed for port in ports] == [True, False]
 
 
-def test_a_port_that_is_never_silent_is_waited_for_three_times_as_long(monkeypatch):
+def test_wait_for_silence_is_limited_to_three_times_its_length(monkeypatch):
     now_s, heard = 0.0, []
 
     class Chatter(DeafPort):
@@ -515,11 +515,11 @@ def test_a_port_that_is_never_silent_is_waited_for_three_times_as_long(monkeypat
     ("error", "words"),
     [(OSError(5, "Input/output error"), "Input/output error"), (OSError("unplugged"), "unplugged")],
 )
-def test_a_port_that_fails_is_told_in_the_words_of_the_system(error, words):
+def test_port_error_has_the_message_of_the_system(error, words):
     class Failing(DeafPort):
         def transmit(self, data, within_s):  # noqa: ARG002  (the Protocol's)
             raise error
 
-    with pytest.raises(DeviceLostError) as raised:
+    with pytest.raises(DeviceLostError) as caught:
         LineLink("lamp", Failing(), "\n", 0.2).ask("LEVEL?")
-    assert raised.value.message == f"lamp was lost at 'LEVEL?': {words}"
+    assert caught.value.message == f"lamp was lost at 'LEVEL?': {words}"

@@ -1,4 +1,4 @@
-"""Quantities: read as a person means them, or refused."""
+"""Quantities are read as intended, or refused."""
 
 from __future__ import annotations
 
@@ -63,7 +63,7 @@ from rigrunner.api.units import (
         ("0.00233 kg·m²", 0.00233, "moment of inertia"),
     ],
 )
-def test_read_as_meant(text, si, dimension):
+def test_quantity_is_parsed(text, si, dimension):
     quantity = parse_quantity(text)
 
     assert quantity.si == pytest.approx(si, rel=1e-15)
@@ -117,7 +117,7 @@ def test_read_as_meant(text, si, dimension):
         ("5 N or so", "unknown unit 'N or so'", ""),
     ],
 )
-def test_refused_with_a_hint(text, message, hint):
+def test_invalid_quantity_is_refused_with_a_hint(text, message, hint):
     with pytest.raises(QuantityError) as caught:
         parse_quantity(text)
 
@@ -125,7 +125,7 @@ def test_refused_with_a_hint(text, message, hint):
     assert hint in caught.value.hint
 
 
-def test_another_dimension_is_refused():
+def test_other_dimension_is_refused():
     with pytest.raises(QuantityError) as caught:
         parse_quantity("5 deg", "torque")
 
@@ -148,12 +148,12 @@ def test_another_dimension_is_refused():
         ("5 V/K", "voltage", "is a quantity in V/K, not a voltage"),
     ],
 )
-def test_equal_dimensions_of_another_kind_are_refused(text, needed, message):
+def test_other_kind_of_equal_dimension_is_refused(text, needed, message):
     with pytest.raises(QuantityError, match=re.escape(message)):
         parse_quantity(text, needed)
 
 
-def test_messages_stay_short():
+def test_messages_for_long_texts_are_short():
     with pytest.raises(QuantityError) as caught:
         parse_quantity("5 " + "x" * 100_000)
 
@@ -162,7 +162,7 @@ def test_messages_stay_short():
 
 @settings(max_examples=examples(300), deadline=None)
 @given(st.floats(-1e15, 1e15), st.sampled_from(UNITS))
-def test_a_quantity_comes_back_from_its_text(number, of_unit):
+def test_quantity_round_trips_through_its_text(number, of_unit):
     quantity = Quantity(number, of_unit)
     assume(abs(quantity.si) <= largest(quantity.dimension))
 
@@ -176,7 +176,7 @@ def test_any_text_is_a_quantity_or_refused(text):
         assert math.isfinite(parse_quantity(text).si)
 
 
-def test_every_unit_is_found_by_its_symbol_and_every_dimension_has_a_coherent_unit():
+def test_units_are_found_by_symbol_and_dimensions_have_a_coherent_unit():
     for u in UNITS:
         assert unit(u.symbol) is u
     assert units_of("torque") == ["N·m", "mN·m", "in·lbf"]
@@ -204,15 +204,15 @@ DIMENSIONS = sorted({u.dimension for u in UNITS})
         (0.0, "force", "0 N"),
     ],
 )
-def test_a_value_is_written_in_the_unit_that_suits_it(si, dimension, text):
+def test_value_is_written_in_a_suitable_unit(si, dimension, text):
     assert str(readable(si, dimension)) == text
 
 
 @given(st.floats(-1e8, 1e8), st.sampled_from(DIMENSIONS))
 @settings(deadline=None, max_examples=examples(200))
-def test_what_is_written_readably_is_read_as_it_was(si, dimension):
-    back = parse_quantity(str(readable(si, dimension)), dimension).si
-    assert back == pytest.approx(si, rel=1e-10, abs=1e-10)
+def test_readable_value_round_trips(si, dimension):
+    read_back = parse_quantity(str(readable(si, dimension)), dimension).si
+    assert read_back == pytest.approx(si, rel=1e-10, abs=1e-10)
 
 
 @given(
@@ -224,8 +224,8 @@ def test_what_is_written_readably_is_read_as_it_was(si, dimension):
     st.sampled_from([None, *DIMENSIONS]),
 )  # fmt: skip
 @settings(deadline=None, max_examples=examples(500))
-def test_the_pattern_takes_what_is_read_and_no_other_unit_of_one_name(text, dimension):
-    """It does not know what is too large, nor the kinds of products and quotients."""
+def test_pattern_matches_what_the_parser_accepts(text, dimension):
+    """It does not know the largest values, nor the kinds of products and quotients."""
     matches = re.search(quantity_pattern(dimension), text) is not None
     try:
         parse_quantity(text, dimension)
@@ -265,7 +265,7 @@ def test_the_pattern_takes_what_is_read_and_no_other_unit_of_one_name(text, dime
         ("\N{OHM SIGN}", "resistance", 1.0, "Ω"),
     ],
 )
-def test_prefixes_products_and_quotients(symbol, kind, factor, coherent):
+def test_prefixes_products_and_quotients_of_units(symbol, kind, factor, coherent):
     composed = unit(symbol)
     assert (composed.dimension, si_symbol(kind)) == (kind, coherent)
     assert composed.factor == pytest.approx(factor, rel=1e-14)
@@ -274,11 +274,11 @@ def test_prefixes_products_and_quotients(symbol, kind, factor, coherent):
 @pytest.mark.parametrize(
     ("text", "kelvin"), [("32 °F", 273.15), ("212 degF", 373.15), ("-40 °F", 233.15)]
 )
-def test_fahrenheit(text, kelvin):
+def test_fahrenheit_is_converted(text, kelvin):
     assert parse_quantity(text).si == pytest.approx(kelvin, abs=1e-9)
 
 
-def test_one_unit_has_one_symbol_and_the_same_kind_however_it_is_spelled():
+def test_spellings_of_a_unit_are_equal():
     spellings = ["N·m·s/rad", "N*m*s/rad", "N.m.s/rad"]
     assert {unit(spelling) for spelling in spellings} == {unit("N·m·s/rad")}
     assert unit("W/A").dimension == "voltage"
@@ -299,7 +299,7 @@ def test_one_unit_has_one_symbol_and_the_same_kind_however_it_is_spelled():
         ("level", None),
     ],
 )
-def test_what_a_quantity_changes_by_in_a_time(kind, rate):
+def test_rate_of_a_quantity(kind, rate):
     assert rate_of(kind) == rate
 
 
@@ -312,7 +312,7 @@ _FACTORS = st.lists(
 
 @given(_FACTORS, _FACTORS)
 @settings(deadline=None, max_examples=examples(100))
-def test_the_factor_of_a_quotient_is_that_of_its_parts(above, below):
+def test_factor_of_a_quotient_is_the_quotient_of_factors(above, below):
     def written(parts):
         product = "·".join(f"{name}{power if power > 1 else ''}" for name, power in parts)
         return f"({product})" if len(parts) > 1 else product
@@ -344,7 +344,7 @@ def test_the_factor_of_a_quotient_is_that_of_its_parts(above, below):
         (673.15, "K", "400 °C"),
     ],
 )
-def test_a_number_with_an_exponent_is_given_in_another_unit(si, symbol, text):
+def test_small_or_large_number_is_given_in_a_legible_unit(si, symbol, text):
     assert legible(si, symbol) == text
 
 
@@ -352,10 +352,10 @@ def test_a_number_with_an_exponent_is_given_in_another_unit(si, symbol, text):
     ("low", "high", "text"),
     [(0, 3000, "0 to 3000 m"), (3e-7, 1.1e-6, "300 nm to 1.1 µm"), (3e-7, 9e-7, "300 to 900 nm")],
 )
-def test_the_range_of_a_drive_in_words(low, high, text):
+def test_range_of_a_drive_in_words(low, high, text):
     assert DriveInfo("x", "m", "X", low, high).range_text == text
 
 
-def test_the_range_of_a_temperature_is_in_the_unit_of_people():
-    """'500 °C is out of range (0 to 673.15 K)' compares what nobody can compare at sight."""
+def test_temperature_range_is_in_degrees_celsius():
+    """'500 °C is out of range (0 to 673.15 K)' would mix units."""
     assert DriveInfo("x", "K", "X", 273.15, 673.15).range_text == "0 to 400 °C"

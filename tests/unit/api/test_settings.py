@@ -1,4 +1,4 @@
-"""Field types that read what stands in YAML, and what instruments must have."""
+"""Field types of settings that are read from YAML, and the checks of instruments."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ class Example(Settings):
     anything: AnyQuantity | None = None
 
 
-def test_quantities_are_si_inside():
+def test_quantities_are_stored_in_si():
     assert Example.model_validate({"load": "1.5 kN"}).load == 1500.0
     assert Example(load=parse_quantity("1.5 kN")).load == 1500.0
     assert Example.model_validate({"loads": ["1 N", "2 kN"]}).loads == (1.0, 2000.0)
@@ -38,12 +38,12 @@ def test_quantities_are_si_inside():
 
 
 @pytest.mark.parametrize("value", [5, 5.0, True, None, ["1 N"], "1 Hz", "5"])
-def test_what_is_no_force_is_refused(value):
+def test_value_that_is_no_force_is_refused(value):
     with pytest.raises(ValidationError):
         Example.model_validate({"load": value})
 
 
-def test_dates_and_answers():
+def test_dates_and_yes_no_are_parsed():
     assert Example.model_validate({"due": "2026-02-28"}).due == date(2026, 2, 28)
     assert Example.model_validate({"quiet": "yes"}).quiet is True
     with pytest.raises(ValidationError, match="2026-02-30"):
@@ -54,14 +54,14 @@ def test_dates_and_answers():
         Example.model_validate({"due": 20260228})
 
 
-def test_models_are_frozen_and_know_their_keys():
+def test_models_are_frozen_and_refuse_unknown_keys():
     with pytest.raises(ValidationError):
         Example().load = 5.0
     with pytest.raises(ValidationError):
         Example.model_validate({"lod": "5 N"})
 
 
-def test_the_schema_says_what_may_be_written():
+def test_schema_describes_the_accepted_values():
     properties = Example.model_json_schema()["properties"]
 
     assert properties["load"]["type"] == "string"
@@ -74,24 +74,24 @@ def test_the_schema_says_what_may_be_written():
     [("full_scale", "0 N·m"), ("low_pass", {"corner": "0 Hz"}), ("low_pass", {"corner": "1 N"}),
      ("low_pass", {"corner": "1 kHz", "order": 9}), ("calibrated", "yesterday"), ("serial", 5)],
 )  # fmt: skip
-def test_an_impossible_instrument_is_refused(key, value):
+def test_invalid_instrument_is_refused(key, value):
     with pytest.raises(ValidationError):
         Instrument.model_validate(INSTRUMENT | {key: value})
 
 
 @pytest.fixture
-def hurried():
-    """Threads that take turns as often as can be."""
+def frequent_switches():
+    """Let threads switch as often as possible."""
     before = sys.getswitchinterval()
     sys.setswitchinterval(1e-6)
     yield
     sys.setswitchinterval(before)
 
 
-@pytest.mark.usefixtures("hurried")
+@pytest.mark.usefixtures("frequent_switches")
 @pytest.mark.parametrize("_", range(20))
-def test_a_model_that_threads_use_first_at_the_same_time_is_that_model_for_each(_):
-    """It is built on its first use; with pydantic 2.11 another thread meets its base instead."""
+def test_concurrent_first_use_of_a_model_works_in_all_threads(_):
+    """It is built on first use; with pydantic 2.11 another thread would get its base instead."""
 
     class Inner(Settings):
         at: ListOf[Frequency]

@@ -1,4 +1,4 @@
-"""Drivers that stream: gapless, stopped, halted, with their errors mapped."""
+"""Streaming drivers: gapless blocks, stopping, halting, and mapped errors."""
 
 from __future__ import annotations
 
@@ -73,7 +73,7 @@ def counter(tmp_path):
     return device
 
 
-def test_blocks_follow_each_other_and_each_has_all_channels(counter):
+def test_blocks_are_gapless_and_have_all_channels(counter):
     """0.25 s at 1 kHz: blocks of 100, 100 and 50 samples."""
     assert isinstance(counter, Streaming)
     assert isinstance(counter, Readable)
@@ -92,7 +92,7 @@ def test_blocks_follow_each_other_and_each_has_all_channels(counter):
     assert counter.log == ["start 2", "halt"]
 
 
-def test_a_stop_is_seen_between_two_blocks(counter):
+def test_stop_is_checked_between_two_blocks(counter):
     stop = threading.Event()
     stream = counter.stream(["force"], 10.0, stop)
     next(stream)
@@ -101,14 +101,14 @@ def test_a_stop_is_seen_between_two_blocks(counter):
     assert counter.log == ["start 1", "halt"]
 
 
-def test_one_that_is_left_is_halted(counter):
+def test_closed_stream_is_halted(counter):
     stream = counter.stream(["force"], 10.0, threading.Event())
     next(stream)
     stream.close()
     assert counter.log == ["start 1", "halt"]
 
 
-def test_an_error_in_the_middle_is_mapped_and_halts(counter):
+def test_error_during_a_stream_is_mapped_and_halts(counter):
     counter.fails_at = 200
     blocks = []
     with pytest.raises(DeviceLostError, match="take 100 of force: buffer overrun"):
@@ -116,14 +116,14 @@ def test_an_error_in_the_middle_is_mapped_and_halts(counter):
     assert counter.log == ["start 1", "halt"]
 
 
-def test_less_than_was_asked_for_is_no_block(counter):
+def test_short_block_is_refused(counter):
     counter.short = 1
     with pytest.raises(DeviceRejectedError, match=r"shapes \[\(99,\)\], expected \(100,\)"):
         list(counter.stream(["force"], 1.0, threading.Event()))
 
 
 @pytest.mark.parametrize(
-    ("spoilt", "what"),
+    ("change", "kind"),
     [
         (lambda values: values + 0j, "complex128"),
         (lambda values: np.ma.masked_array(values, values > 2), "masked"),
@@ -132,18 +132,18 @@ def test_less_than_was_asked_for_is_no_block(counter):
         (lambda values: values.astype(object), "object"),
     ],
 )
-def test_samples_that_are_no_real_numbers_are_refused(counter, spoilt, what):
-    """NumPy would leave out an imaginary part or a mask with no more than a warning."""
+def test_samples_that_are_not_real_numbers_are_refused(counter, change, kind):
+    """NumPy would drop an imaginary part or a mask with only a warning."""
     take = counter.take
     counter.take = lambda names, count: {
-        name: spoilt(values) for name, values in take(names, count).items()
+        name: change(values) for name, values in take(names, count).items()
     }
-    with pytest.raises(DeviceRejectedError, match=f"force: the samples are {what}.* real numbers"):
+    with pytest.raises(DeviceRejectedError, match=f"force: the samples are {kind}.* real numbers"):
         list(counter.stream(["force"], 0.1, threading.Event()))
     assert counter.log[-1] == "halt"
 
 
-def test_unknown_channels_and_no_connection_are_refused_at_once(counter):
+def test_unknown_channel_or_closed_connection_is_refused_at_once(counter):
     with pytest.raises(DeviceRejectedError, match="no channel 'torque'"):
         counter.stream(["torque"], 1.0, threading.Event())
     counter.close()
@@ -151,31 +151,31 @@ def test_unknown_channels_and_no_connection_are_refused_at_once(counter):
         counter.stream(["force"], 1.0, threading.Event())
 
 
-def test_it_keeps_to_what_every_device_keeps_to():
+def test_streaming_driver_passes_the_conformance_kit():
     counted: Subject = subject("device", "counter", registry=REGISTRY)
     failed = [check for check in examine(counted, checks("device")) if check.state is State.FAIL]
     assert failed == []
 
 
 class Unplugged(Counter):
-    """Loses its socket in mid-recording; what halts it fails too, as nobody answers any more."""
+    """Loses its socket during a recording, so that halting fails too."""
 
     def halt(self):
         super().halt()
         raise DeviceLostError("given up after an earlier failure")
 
 
-def test_what_fails_first_in_a_stream_is_raised_and_a_halt_that_fails_stands_beside_it(tmp_path):
+def test_error_of_a_stream_is_raised_with_a_note_on_the_failed_halt(tmp_path):
     device = Unplugged(None, DeviceContext("cell", SimulatedClock(), tmp_path))
     device.connect(1.0)
     device.fails_at = 100
-    with pytest.raises(DeviceLostError, match="buffer overrun") as raised:
+    with pytest.raises(DeviceLostError, match="buffer overrun") as caught:
         list(device.stream(["force"], 0.25, threading.Event()))
-    (note,) = raised.value.__notes__
+    (note,) = caught.value.__notes__
     assert "halting the stream failed too: given up after an earlier failure" in note
 
 
-def test_a_halt_that_fails_at_the_end_of_a_stream_is_an_error(tmp_path):
+def test_failed_halt_at_the_end_of_a_stream_is_an_error(tmp_path):
     device = Unplugged(None, DeviceContext("cell", SimulatedClock(), tmp_path))
     device.connect(1.0)
     with pytest.raises(DeviceLostError, match="given up"):

@@ -6,7 +6,7 @@ from rigrunner.api.data import Measurement
 from rigrunner.api.summaries import pairs, table, table_cells
 
 
-def test_columns_are_aligned_and_numbers_end_together():
+def test_columns_are_aligned_left_and_right():
     text = table(["f", "torque"], [["1 Hz", "0.7"], ["10 Hz", "10.25"]], "lr")
     assert text.splitlines() == [
         "f      torque",
@@ -16,12 +16,12 @@ def test_columns_are_aligned_and_numbers_end_together():
     ]
 
 
-def test_no_line_ends_in_blanks():
+def test_lines_have_no_trailing_blanks():
     text = table(["a", "b"], [["1", ""], ["2", "longer"]])
     assert all(line == line.rstrip() for line in text.splitlines())
 
 
-def test_a_table_without_rows_is_its_header():
+def test_table_without_rows_has_only_its_header():
     assert table(["a"], []).splitlines() == ["a", "-"]
 
 
@@ -29,7 +29,7 @@ def test_pairs_are_aligned():
     assert pairs([("run", "A"), ("verdict", "pass")]) == "run      A\nverdict  pass"
 
 
-def test_a_table_has_coordinates_set_points_values_and_readings_each_with_its_unit():
+def test_table_has_coordinates_set_points_values_and_readings_with_units():
     units = {"bench.load": "N", "bench.mass": "kg", "dwell": "s", "bench.ratio": "1"}
     written = {"bench.load": "kN", "bench.mass": "g"}
     first = Measurement(

@@ -1,4 +1,4 @@
-"""The verdict of several limits, and how a probability is written."""
+"""The verdict of several limits, and the text of a probability."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ def decision_of(*parts):
     return Decision(rule="simple: words", parts=parts)
 
 
-def test_the_worst_limit_decides():
+def test_worst_limit_decides():
     decision = decision_of(
         part("mean", Verdict.CONDITIONAL_PASS, raw=Verdict.FAIL),
         part("5 Hz", Verdict.INCONCLUSIVE),
@@ -49,7 +49,7 @@ def test_the_worst_limit_decides():
 @pytest.mark.parametrize(
     ("first", "second", "of"), [(0.3, 0.2, "b"), (0.2, 0.3, "a"), (0.2, nan, "b")]
 )
-def test_among_equal_verdicts_the_least_probable_decides(first, second, of):
+def test_least_probable_of_equal_verdicts_decides(first, second, of):
     decision = decision_of(part("a", Verdict.FAIL, first), part("b", Verdict.FAIL, second))
     assert decision.deciding.of == of
 
@@ -61,13 +61,13 @@ def test_among_equal_verdicts_the_least_probable_decides(first, second, of):
         (Verdict.FAIL, (1.5, 0.0), (1.9, 4e-16)),
     ],
 )
-def test_the_rounding_of_a_probability_does_not_decide_which_is_the_worst(verdict, better, worst):
-    """A thermocouple: 1.01 K was called the worst of 1.20 K and 1.01 K, with a limit of 1.5 K."""
+def test_rounded_probabilities_do_not_decide_the_worst(verdict, better, worst):
+    """A thermocouple: 1.01 K was reported as the worst of 1.20 K and 1.01 K, limit 1.5 K."""
     values = [part(str(value), verdict, p, value=value) for value, p in (better, worst)]
     assert decision_of(*values).deciding.result.value == worst[0]
 
 
-def test_the_reason_of_the_only_mean_needs_no_name():
+def test_reason_of_a_single_mean_has_no_prefix():
     assert decision_of(part("mean", Verdict.PASS)).reason == "It is mean."
     two = decision_of(part("mean", Verdict.FAIL), part("5 Hz", Verdict.PASS))
     assert two.reason == "The mean: it is mean."
@@ -83,5 +83,5 @@ def test_the_reason_of_the_only_mean_needs_no_name():
         (0.00009, "< 0.01 %"),
     ],
 )
-def test_a_probability_never_looks_like_certainty(probability, text):
+def test_probability_text_never_shows_certainty(probability, text):
     assert probability_text(probability) == text

@@ -21,17 +21,17 @@ from benchmarks.peer import Peers
 from benchmarks.tables import number, table
 
 
-def test_a_spread_is_the_median_and_the_quartiles():
+def test_spread_is_median_and_quartiles():
     assert Spread.of([5.0, 1.0, 3.0, 2.0, 4.0]) == Spread(3.0, 2.0, 4.0)
     assert Spread.of([7.0]) == Spread(7.0, 7.0, 7.0)
 
 
-def test_a_rate_is_high_where_the_time_was_low():
+def test_rate_is_high_for_short_times():
     assert Spread(2.0, 1.0, 4.0).rate(8) == Spread(4.0, 2.0, 8.0)
 
 
-def test_ratios_are_taken_turn_by_turn():
-    pair = pair_of([(2.0, 1.0), (40.0, 10.0), (3.0, 1.0)])  # the second turn met another's load
+def test_ratios_are_computed_per_turn():
+    pair = pair_of([(2.0, 1.0), (40.0, 10.0), (3.0, 1.0)])  # another load disturbed the second turn
     assert pair.ratio.median == 3.0
     assert pair.speed.median == 1 / 3
     assert (pair.ours.median, pair.floor.median) == (3.0, 1.0)
@@ -54,16 +54,16 @@ def figure(target, value=3.0, ratio=0.2):
         (None, None),
     ],
 )
-def test_a_target_is_of_the_ratio_or_of_the_value_if_it_has_a_unit(target, met):
+def test_target_without_unit_applies_to_the_ratio(target, met):
     assert figure(target).met() is met
 
 
-def test_what_was_not_measured_is_neither_met_nor_missed():
+def test_unmeasured_target_is_neither_met_nor_missed():
     assert Figure("x", None, "s", target=at_most(1.0, "s")).met() is None
     assert figure(at_most(1.0), ratio=None).met() is None
 
 
-def test_a_table_has_a_line_for_each_figure():
+def test_table_has_a_line_per_figure():
     header, rule, missed, skipped = table(
         [figure(at_least(0.25)), Figure("theirs", None, "s", "peer", note="skipped: why")]
     ).splitlines()
@@ -78,7 +78,7 @@ def test_a_table_has_a_line_for_each_figure():
     [(0, "0"), (0.0123456, "0.0123"), (1.234, "1.23"), (45.67, "45.7"), (678.9, "679"),
      (1234567.0, "1,234,567"), (2.5e-5, "2.5e-05"), (-3.0, "-3.00")],
 )  # fmt: skip
-def test_numbers_have_three_figures(value, text):
+def test_numbers_have_three_significant_digits(value, text):
     assert number(value) == text
 
 
@@ -94,7 +94,7 @@ def scripts(tmp_path, monkeypatch):
     return tmp_path
 
 
-def test_a_peer_prints_numbers_last(scripts):
+def test_numbers_of_a_peer_are_its_last_output(scripts):
     (scripts / "one.py").write_text(
         "import sys, json\nprint('hi')\nprint([1, 2, int(sys.argv[1])])"
     )
@@ -104,38 +104,38 @@ def test_a_peer_prints_numbers_last(scripts):
 
 
 @pytest.mark.parametrize(
-    ("code", "why"),
+    ("code", "note"),
     [
         ("import nowhere_at_all", "skipped: not installed (No module named 'nowhere_at_all')"),
         ("raise ValueError('odd')", "failed: ValueError: odd"),
         ("raise SystemExit(3)", "failed: exit 3"),
     ],
 )
-def test_a_peer_that_cannot_run_says_why(scripts, code, why):
+def test_failing_peer_states_the_reason(scripts, code, note):
     (scripts / "one.py").write_text(code)
-    assert peer_figure(Scale(peers=Peers(Path(sys.executable))), "x", "one", unit="s").note == why
+    assert peer_figure(Scale(peers=Peers(Path(sys.executable))), "x", "one", unit="s").note == note
 
 
-def test_without_an_environment_peers_are_skipped():
+def test_peers_without_an_environment_are_skipped():
     assert peer_figure(Scale(), "x", "one", unit="s").note == "skipped: not installed"
     assert Peers().versions(["numpy"]) == "not installed"
 
 
-def test_peers_tell_their_versions():
+def test_peers_report_versions():
     assert Peers(Path(sys.executable)).versions(["numpy", "nowhere"]).startswith("numpy ")
 
 
 @pytest.fixture
-def two(monkeypatch):
-    """Put two benchmarks in the place of ours: one that measures, and one that fails."""
+def two_benchmarks(monkeypatch):
+    """Replace the benchmarks by one that measures and one that fails."""
     good = SimpleNamespace(__doc__="About it.", measure=lambda _: [figure(at_least(9.0))])
     bad = SimpleNamespace(__doc__="", measure=lambda _: json.loads("{"))
     monkeypatch.setattr(command, "names", lambda: ["bad", "good"])
     monkeypatch.setattr(command, "benchmark", {"bad": bad, "good": good}.get)
 
 
-@pytest.mark.usefixtures("two")
-def test_a_benchmark_that_fails_does_not_cost_the_others(capsys):
+@pytest.mark.usefixtures("two_benchmarks")
+def test_failing_benchmark_does_not_stop_others(capsys):
     assert command.main([]) == 1
     out = capsys.readouterr().out
     assert "## bad\n\nFailed: JSONDecodeError" in out
@@ -143,15 +143,15 @@ def test_a_benchmark_that_fails_does_not_cost_the_others(capsys):
     assert out.startswith("Measured ")
 
 
-def a_page(tmp_path, tables):
+def write_page(tmp_path, tables):
     path = tmp_path / "page.md"
     path.write_text(f"before\n{page.BEGIN}\n{tables}{page.END}\nafter\n", encoding="utf-8")
     return path
 
 
-@pytest.mark.usefixtures("two")
-def test_a_page_changes_between_its_marks_alone(tmp_path):
-    path = a_page(tmp_path, "old\n")
+@pytest.mark.usefixtures("two_benchmarks")
+def test_page_changes_only_between_its_marks(tmp_path):
+    path = write_page(tmp_path, "old\n")
     assert command.main(["good", "--markdown", str(path), "--short"]) == 0
     text = path.read_text(encoding="utf-8")
     assert text.startswith(f"before\n{page.BEGIN}\nMeasured ")
@@ -161,9 +161,9 @@ def test_a_page_changes_between_its_marks_alone(tmp_path):
     assert f"## bad\n\n{page.LATER}\n" in text
 
 
-@pytest.mark.usefixtures("two")
-def test_a_page_keeps_what_was_not_measured_now_and_forgets_what_is_gone(tmp_path):
-    path = a_page(tmp_path, "head\n\n## bad\n\nof old\n\n## gone\n\nx\n\n## good\n\nold\n")
+@pytest.mark.usefixtures("two_benchmarks")
+def test_page_keeps_other_benchmarks_and_drops_removed_ones(tmp_path):
+    path = write_page(tmp_path, "head\n\n## bad\n\nof old\n\n## gone\n\nx\n\n## good\n\nold\n")
     command.main(["good", "--markdown", str(path)])
     text = path.read_text(encoding="utf-8")
     assert "\n\n## bad\n\nof old\n\n## good\n\nAbout it.\n\n|" in text
@@ -173,29 +173,29 @@ def test_a_page_keeps_what_was_not_measured_now_and_forgets_what_is_gone(tmp_pat
     assert again.count("## good") == again.count("## bad") == again.count("Measured") == 1
 
 
-@pytest.mark.usefixtures("two")
-@pytest.mark.parametrize(("words", "judged"), [([], True), (["--short"], False)])
-def test_the_short_form_judges_nothing(words, judged, capsys):
-    command.main(["good", *words])
+@pytest.mark.usefixtures("two_benchmarks")
+@pytest.mark.parametrize(("options", "judged"), [([], True), (["--short"], False)])
+def test_short_form_does_not_judge_targets(options, judged, capsys):
+    command.main(["good", *options])
     assert ("**no**" in capsys.readouterr().out) is judged
 
 
-@pytest.mark.usefixtures("two")
-def test_other_files_are_written_whole(tmp_path):
+@pytest.mark.usefixtures("two_benchmarks")
+def test_new_page_is_written_whole(tmp_path):
     command.main(["good", "--markdown", str(tmp_path / "new.md")])
     assert (tmp_path / "new.md").read_text(encoding="utf-8").startswith("Measured ")
 
 
-@pytest.mark.usefixtures("two")
+@pytest.mark.usefixtures("two_benchmarks")
 @pytest.mark.parametrize(
-    ("words", "said"),
+    ("options", "message"),
     [
         (["god"], "no benchmark god; there are bad, good"),
         (["--peers", "/nowhere/python"], "no program /nowhere/python"),
     ],
 )
-def test_a_mistake_is_told(words, said, capsys):
-    with pytest.raises(SystemExit) as stopped:
-        command.main(words)
-    assert stopped.value.code == 2
-    assert said in capsys.readouterr().err
+def test_invalid_arguments_are_refused(options, message, capsys):
+    with pytest.raises(SystemExit) as caught:
+        command.main(options)
+    assert caught.value.code == 2
+    assert message in capsys.readouterr().err

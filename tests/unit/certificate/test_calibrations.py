@@ -1,4 +1,4 @@
-"""Calibrations on a certificate: whether each lasted until the end of the run."""
+"""Calibrations on a certificate: whether each was valid until the end of the run."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from unit.rigrunner_plugins.test_readings import run_of
 
 
 @pytest.mark.parametrize(("due", "overdue"), [("01-05", True), ("01-06", True), ("01-07", False)])
-def test_a_calibration_that_expired_during_the_run_is_overdue(due, overdue):
+def test_calibration_that_expired_during_the_run_is_overdue(due, overdue):
     entry = Instrument.model_validate(
         {"channel": "meter.voltage", "measures": "voltage", "serial": "M-1", "certificate": "C-1",
          "due": f"2026-{due}"}

@@ -1,4 +1,4 @@
-"""A letterhead is read strictly, and nothing outside its folder is taken in."""
+"""A letterhead is read strictly, and only from its own folder."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ def lab(tmp_path):
     return make_letterhead(tmp_path / "letterhead")
 
 
-def changed(lab, old, new):
+def edit_letterhead(lab, old, new):
     path = lab / "letterhead.yaml"
     text = path.read_text(encoding="utf-8")
     assert old in text
@@ -24,7 +24,7 @@ def changed(lab, old, new):
     return lab
 
 
-def test_the_one_of_a_new_lab_folder_is_whole(lab):
+def test_letterhead_of_a_new_lab_folder_is_complete(lab):
     letterhead = read_letterhead(lab)
     assert letterhead.laboratory.name == "Demonstration laboratory (fictitious)"
     assert (letterhead.language, letterhead.prefix) == ("en", "DEMO")
@@ -36,11 +36,11 @@ def test_the_one_of_a_new_lab_folder_is_whole(lab):
     }
 
 
-def test_a_language_can_be_asked_for(lab):
+def test_language_can_be_chosen(lab):
     assert read_letterhead(lab, "de").language == "de"
 
 
-def test_own_texts_templates_and_style_are_taken_in(lab):
+def test_own_texts_templates_and_style_are_read(lab):
     for name in ("texts", "templates"):
         (lab / name).mkdir()
     (lab / "texts" / "en.yaml").write_text("rigrunner: texts/1\ntexts: {title: Report}\n")
@@ -53,7 +53,7 @@ def test_own_texts_templates_and_style_are_taken_in(lab):
     assert {"texts/en.yaml", "templates/head.html.j2", "style.css"} <= set(letterhead.files)
 
 
-def test_no_folder_is_told_with_what_makes_one(tmp_path):
+def test_missing_folder_is_refused_with_a_hint_to_init(tmp_path):
     with pytest.raises(UsageError, match=r"no letterhead.yaml.*rigrunner init"):
         read_letterhead(tmp_path / "nowhere")
 
@@ -70,7 +70,7 @@ def test_no_folder_is_told_with_what_makes_one(tmp_path):
         ("  place: at", "  plase: at", "place"),
     ],
 )
-def test_what_is_wrong_is_told_with_its_place(lab, old, new, message):
+def test_problem_is_reported_with_its_location(lab, old, new, message):
     (lab.parent / "outside.svg").write_text("<svg/>")
     with pytest.raises(InvalidFileError, match=rf"letterhead\.yaml:\d+:\d+: .*{message}"):
-        read_letterhead(changed(lab, old, new))
+        read_letterhead(edit_letterhead(lab, old, new))

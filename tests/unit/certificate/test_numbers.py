@@ -1,4 +1,4 @@
-"""No number is given twice, whatever happens at the same time, and each gap is explained."""
+"""No certificate number is issued twice, even concurrently, and each gap is explained."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from helpers_thorough import examples
 from rigrunner.api.errors import DataError
 from rigrunner.certificate.numbers import Numbers
 
-KNOWN = {"by": "A. Nother", "run": "r"}
+RECORD = {"by": "A. Nother", "run": "r"}
 RESERVE = """
 import sys
 from pathlib import Path
@@ -25,30 +25,30 @@ for _ in range(20):
 """
 
 
-def test_they_count_from_one_and_per_year_and_prefix(tmp_path):
-    lab = Numbers(tmp_path, "RR")
-    assert [lab.reserve(2026, KNOWN) for _ in range(3)] == [
+def test_numbers_count_from_one_per_year_and_prefix(tmp_path):
+    numbers = Numbers(tmp_path, "RR")
+    assert [numbers.reserve(2026, RECORD) for _ in range(3)] == [
         *("RR-2026-0001", "RR-2026-0002", "RR-2026-0003"),
     ]
-    assert lab.reserve(2027, KNOWN) == "RR-2027-0001"
-    assert Numbers(tmp_path, "RRX").reserve(2026, KNOWN) == "RRX-2026-0001"
-    assert Numbers(tmp_path, "R").reserve(2026, KNOWN) == "R-2026-0001"
+    assert numbers.reserve(2027, RECORD) == "RR-2027-0001"
+    assert Numbers(tmp_path, "RRX").reserve(2026, RECORD) == "RRX-2026-0001"
+    assert Numbers(tmp_path, "R").reserve(2026, RECORD) == "R-2026-0001"
 
 
-def test_what_is_known_stands_with_the_number(tmp_path):
-    number = Numbers(tmp_path, "RR").reserve(2026, KNOWN)
+def test_details_are_stored_with_the_number(tmp_path):
+    number = Numbers(tmp_path, "RR").reserve(2026, RECORD)
     text = (tmp_path / "numbers" / f"{number}.json").read_text(encoding="utf-8")
-    assert json.loads(text) == {"number": number, **KNOWN}
+    assert json.loads(text) == {"number": number, **RECORD}
 
 
-def test_a_lower_number_that_is_free_is_not_given_again(tmp_path):
-    lab = Numbers(tmp_path, "RR")
-    lab.reserve(2026, KNOWN)
+def test_lower_free_number_is_not_used(tmp_path):
+    numbers = Numbers(tmp_path, "RR")
+    numbers.reserve(2026, RECORD)
     (tmp_path / "numbers" / "RR-2026-0041.json").write_text("{}")
-    assert lab.reserve(2026, KNOWN) == "RR-2026-0042"
+    assert numbers.reserve(2026, RECORD) == "RR-2026-0042"
 
 
-def test_the_next_one_is_not_taken_before_it_is_reserved(tmp_path):
+def test_next_number_is_not_reserved(tmp_path):
     numbers = Numbers(tmp_path, "RR")
     assert [numbers.next(2026), numbers.next(2026)] == ["RR-2026-0001"] * 2
     assert not numbers.kept
@@ -56,62 +56,62 @@ def test_the_next_one_is_not_taken_before_it_is_reserved(tmp_path):
     assert numbers.next(2026) == "RR-2026-0002"
 
 
-def test_ten_thousand_comes_after_the_number_before_it_and_before_the_next_year(tmp_path):
-    lab = Numbers(tmp_path, "RR")
-    lab.reserve(2026, KNOWN)
+def test_ten_thousand_is_sorted_after_9999(tmp_path):
+    numbers = Numbers(tmp_path, "RR")
+    numbers.reserve(2026, RECORD)
     (tmp_path / "numbers" / "RR-2026-9998.json").write_text("{}")
-    numbers = [lab.reserve(2026, KNOWN), lab.reserve(2026, KNOWN), lab.reserve(2027, KNOWN)]
-    assert numbers == ["RR-2026-9999", "RR-2026-10000", "RR-2027-0001"]
-    assert lab.interrupted() == ["RR-2026-0001", "RR-2026-9998", *numbers]
-    for number in reversed(numbers):
-        lab.issued(number, {})
-    assert lab.in_force_for("r") == "RR-2026-9999"
+    reserved = [numbers.reserve(year, RECORD) for year in (2026, 2026, 2027)]
+    assert reserved == ["RR-2026-9999", "RR-2026-10000", "RR-2027-0001"]
+    assert numbers.interrupted() == ["RR-2026-0001", "RR-2026-9998", *reserved]
+    for number in reversed(reserved):
+        numbers.issued(number, {})
+    assert numbers.in_force_for("r") == "RR-2026-9999"
 
 
-def test_two_processes_at_once_never_get_the_same(tmp_path):
+def test_concurrent_processes_get_different_numbers(tmp_path):
     command = [sys.executable, "-c", RESERVE, str(tmp_path)]
     with ThreadPoolExecutor(4) as pool:
-        done = list(pool.map(lambda _: subprocess.check_output(command, text=True), range(4)))
-    numbers = " ".join(done).split()
+        outputs = list(pool.map(lambda _: subprocess.check_output(command, text=True), range(4)))
+    numbers = " ".join(outputs).split()
     assert sorted(numbers) == [f"RR-2026-{number:04d}" for number in range(1, 81)]
 
 
-def test_a_number_that_nothing_became_of_is_told(tmp_path):
-    lab = Numbers(tmp_path, "RR")
-    first, second, third = (lab.reserve(2026, KNOWN) for _ in range(3))
-    lab.issued(first, {})
-    lab.void(third, "disk full")
-    assert lab.interrupted() == [second]
+def test_reserved_but_unused_number_is_reported(tmp_path):
+    numbers = Numbers(tmp_path, "RR")
+    first, second, third = (numbers.reserve(2026, RECORD) for _ in range(3))
+    numbers.issued(first, {})
+    numbers.void(third, "disk full")
+    assert numbers.interrupted() == [second]
 
 
-def test_of_a_run_the_number_in_force_is_the_last_that_nothing_replaced(tmp_path):
-    lab = Numbers(tmp_path, "RR")
+def test_number_in_force_is_the_last_issued_and_not_replaced(tmp_path):
+    numbers = Numbers(tmp_path, "RR")
     first, second, third, void = (
-        lab.reserve(2026, details)
-        for details in (KNOWN, KNOWN | {"amends": "RR-2026-0001"}, KNOWN | {"run": "q"}, KNOWN)
+        numbers.reserve(2026, details)
+        for details in (RECORD, RECORD | {"amends": "RR-2026-0001"}, RECORD | {"run": "q"}, RECORD)
     )
-    lab.void(void, "disk full")
-    assert lab.in_force_for("r") == ""
-    lab.issued(first, {})
-    assert lab.in_force_for("r") == first
-    lab.issued(second, {})
-    lab.issued(third, {})
-    assert (lab.in_force_for("r"), lab.in_force_for("q"), lab.in_force_for("s")) == (
+    numbers.void(void, "disk full")
+    assert numbers.in_force_for("r") == ""
+    numbers.issued(first, {})
+    assert numbers.in_force_for("r") == first
+    numbers.issued(second, {})
+    numbers.issued(third, {})
+    assert (numbers.in_force_for("r"), numbers.in_force_for("q"), numbers.in_force_for("s")) == (
         *(second, third, ""),
     )
 
 
-def test_a_folder_that_cannot_be_written_is_named(tmp_path):
+def test_folder_that_cannot_be_written_is_named(tmp_path):
     (tmp_path / "numbers").write_text("a file")
     with pytest.raises(DataError, match=r"cannot keep the number in .*numbers: "):
-        Numbers(tmp_path, "RR").reserve(2026, KNOWN)
+        Numbers(tmp_path, "RR").reserve(2026, RECORD)
 
 
 @settings(deadline=None, max_examples=examples(25))  # each number is synced to the disk
 @given(st.lists(st.sampled_from(["RR", "R", "RRX"]), max_size=12))
-def test_however_prefixes_mix_all_are_different(tmp_path_factory, prefixes):
+def test_numbers_are_unique_across_mixed_prefixes(tmp_path_factory, prefixes):
     folder = tmp_path_factory.mktemp("lab")
-    numbers = [Numbers(folder, prefix).reserve(2026, KNOWN) for prefix in prefixes]
+    numbers = [Numbers(folder, prefix).reserve(2026, RECORD) for prefix in prefixes]
     assert len(set(numbers)) == len(prefixes)
     for prefix in set(prefixes):
         count = prefixes.count(prefix)
@@ -123,10 +123,10 @@ def test_however_prefixes_mix_all_are_different(tmp_path_factory, prefixes):
 @pytest.mark.parametrize(
     "text", ["[" * 100_000, '{"sha256": {"a": [], "b": {}, "c": 1}}', '{"sha256": 7}', "\ud800"]
 )
-def test_a_record_that_is_not_one_says_nothing(text, tmp_path):
+def test_invalid_record_is_ignored(text, tmp_path):
     (tmp_path / "numbers").mkdir()
     for name in ("RR-2026-0001.json", "RR-2026-0001.issued.json"):
         (tmp_path / "numbers" / name).write_bytes(text.encode("utf-8", "surrogatepass"))
-    lab = Numbers(tmp_path, "RR")
-    assert lab.digests_of("RR-2026-0001") == set()
-    assert lab.replaced_by("RR-2026-0000") == ""
+    numbers = Numbers(tmp_path, "RR")
+    assert numbers.digests_of("RR-2026-0001") == set()
+    assert numbers.replaced_by("RR-2026-0000") == ""

@@ -28,12 +28,12 @@ def person(monkeypatch, typed):
 
 
 @pytest.mark.parametrize(("typed", "answer"), [("yes\n", True), ("Y\n", True), ("no\n", False)])
-def test_a_confirmation_is_yes_or_no(monkeypatch, typed, answer):
+def test_confirmation_accepts_yes_or_no(monkeypatch, typed, answer):
     with person(monkeypatch, typed) as answers:
         assert answers.confirm("setup[0]", GUARDS) is answer
 
 
-def test_return_alone_confirms_nothing(monkeypatch, capsys):
+def test_empty_or_unclear_confirmation_is_asked_again(monkeypatch, capsys):
     with person(monkeypatch, "\nperhaps\nno\n") as answers:
         assert answers.confirm("setup[0]", GUARDS) is False
     captured = capsys.readouterr()
@@ -41,30 +41,30 @@ def test_return_alone_confirms_nothing(monkeypatch, capsys):
     assert captured.out == ""
 
 
-def test_the_unattended_answer_is_not_put_into_a_persons_mouth(monkeypatch, capsys):
+def test_unattended_answer_is_not_offered_to_the_operator(monkeypatch, capsys):
     with person(monkeypatch, "\nSN-17\n") as answers:
         assert answers.ask("inputs", SERIAL) == "SN-17"
     assert "DEMO" not in capsys.readouterr().err
 
 
-def test_the_end_of_the_input_stops_the_run_and_names_the_way_out(monkeypatch):
+def test_end_of_input_aborts_the_run_and_suggests_unattended(monkeypatch):
     with person(monkeypatch, "") as answers, pytest.raises(AbortedError, match="--unattended"):
         answers.confirm("setup[0]", GUARDS)
 
 
-class SignalInsteadOfAnAnswer:
+class SignalInsteadOfAnswer:
     def readline(self):
         os.kill(os.getpid(), signal.SIGTERM)
         return "yes\n"
 
 
-def test_a_signal_while_asking_stops_the_run(monkeypatch):
+def test_signal_during_a_question_aborts_the_run(monkeypatch):
     stopped = pytest.raises(AbortedError, match="SIGTERM")
-    with person(monkeypatch, SignalInsteadOfAnAnswer()) as answers, stopped:
+    with person(monkeypatch, SignalInsteadOfAnswer()) as answers, stopped:
         answers.confirm("setup[0]", GUARDS)
 
 
-def test_a_question_shows_what_is_allowed_and_its_picture_and_is_asked_again(monkeypatch, capsys):
+def test_question_shows_limits_and_picture_and_repeats_after_wrong_answers(monkeypatch, capsys):
     expected = Expected(unit="°C", maximum=parse_quantity("30 °C"))
     room = Ask("Room", "room", "23 °C", picture="lab/gauge.png", expected=expected)
     with person(monkeypatch, "warm\n23,5\n31\n24\n") as answers:
@@ -77,14 +77,14 @@ def test_a_question_shows_what_is_allowed_and_its_picture_and_is_asked_again(mon
     assert "31 °C is out of range (30 °C or less)" in output
 
 
-def test_a_choice_may_be_typed_in_small_letters(monkeypatch, capsys):
+def test_choice_ignores_case(monkeypatch, capsys):
     side = Ask("Side", "side", None, expected=Expected(("Left", "Right")))
     with person(monkeypatch, "l\nleft\n") as answers:
         assert answers.ask("main[0]", side) == "Left"
     assert "Side [Left / Right]: " in capsys.readouterr().err
 
 
-def test_a_confirmation_shows_its_picture(monkeypatch, capsys):
+def test_confirmation_shows_its_picture(monkeypatch, capsys):
     with person(monkeypatch, "yes\n") as answers:
         answers.confirm("main[0]", Confirm("As shown?", unattended=None, picture="lab/rig.png"))
     assert "See the picture lab/rig.png" in capsys.readouterr().err

@@ -1,4 +1,4 @@
-"""What a person is told before a run starts."""
+"""The notes that are printed before a run starts."""
 
 from __future__ import annotations
 
@@ -11,14 +11,14 @@ from rigrunner.engine import Interference
 from rigrunner.run.locate import find_procedure, find_station
 from rigrunner.run.planning import planned_run
 
-AGAIN = (Interference("repeat test", "Ann", "customer asks", "entry 1 of the queue"),)
+REPEAT = (Interference("repeat test", "Ann", "customer asks", "entry 1 of the queue"),)
 
 
 @pytest.mark.parametrize(
     ("specimen", "before", "is_noted"),
-    [("demo-0001", (), True), ("demo-0001", AGAIN, False), ("DEMO-0002", (), False)],
+    [("demo-0001", (), True), ("demo-0001", REPEAT, False), ("DEMO-0002", (), False)],
 )
-def test_a_specimen_that_was_tested_before_is_noted_and_its_run_goes_on(  # noqa: PLR0917  (fixtures)
+def test_previously_tested_specimen_is_noted_and_the_run_starts(  # noqa: PLR0917  (fixtures)
     monkeypatch, capsys, demo, specimen, before, is_noted
 ):
     execute = Mock()

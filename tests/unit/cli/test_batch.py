@@ -1,4 +1,4 @@
-"""How far a batch is, as lines, and by whom it is done."""
+"""The progress lines of a batch, and how signals stop it."""
 
 from __future__ import annotations
 
@@ -12,28 +12,28 @@ from rigrunner.cli.batch import CountedLines
 from rigrunner.cli.stopping import batch_stop_on_signals
 
 
-def lines(capsys, calls, of=100):
+def printed_lines(capsys, calls, total=100):
     clock = iter([0.0, *(10.0 * n for n in range(1, 200))])
     progress = CountedLines("runs", lambda: next(clock))
     for done in calls:
-        progress(done, of)
+        progress(done, total)
     return capsys.readouterr().err.splitlines()
 
 
-def test_a_line_now_and_then_with_the_time_left(capsys):
-    printed = lines(capsys, range(101))
+def test_progress_is_printed_at_intervals_with_the_time_left(capsys):
+    printed = printed_lines(capsys, range(101))
     assert len(printed) == 20
     assert printed[0] == "5 of 100 runs, 3 min 10 s left"  # one line's time has passed: 2 s a run
     assert printed[-1] == "100 of 100 runs"
 
 
-def test_what_was_done_before_does_not_count_for_the_pace(capsys):
-    printed = lines(capsys, [90, 91, 92, 95])
+def test_runs_done_before_do_not_count_for_the_pace(capsys):
+    printed = printed_lines(capsys, [90, 91, 92, 95])
     assert printed == ["90 of 100 runs were done before", "95 of 100 runs, 10 s left"]
 
 
-def signalled(*numbers):
-    """Run a batch that is signalled, and ends by an error of its own where it can."""
+def send_signals(*numbers):
+    """Send these signals to a batch, which ends with an error of its own if it can."""
     with batch_stop_on_signals() as stop:
         for number in numbers:
             os.kill(os.getpid(), number)
@@ -41,18 +41,18 @@ def signalled(*numbers):
         raise AbortedError("stopped after 3", hint="go on")
 
 
-def test_the_first_ctrl_c_stops_the_batch_and_says_how_to_go_on():
-    with pytest.raises(AbortedError, match="from the keyboard: stopped after 3") as ended:
-        signalled(signal.SIGINT)
-    assert (ended.value.exit_code, ended.value.hint) == (ExitCode.INTERRUPTED, "go on")
+def test_first_ctrl_c_stops_the_batch_and_keeps_its_hint():
+    with pytest.raises(AbortedError, match="from the keyboard: stopped after 3") as caught:
+        send_signals(signal.SIGINT)
+    assert (caught.value.exit_code, caught.value.hint) == (ExitCode.INTERRUPTED, "go on")
 
 
-def test_the_second_one_ends_it_at_once():
+def test_second_ctrl_c_ends_the_batch_at_once():
     with pytest.raises(KeyboardInterrupt):
-        signalled(signal.SIGINT, signal.SIGINT)
+        send_signals(signal.SIGINT, signal.SIGINT)
 
 
-def test_a_signal_stops_it_with_its_own_code():
-    with pytest.raises(AbortedError, match="SIGTERM: stopped") as ended:
-        signalled(signal.SIGTERM)
-    assert ended.value.exit_code is ExitCode.ABORTED
+def test_sigterm_stops_the_batch_with_its_own_exit_code():
+    with pytest.raises(AbortedError, match="SIGTERM: stopped") as caught:
+        send_signals(signal.SIGTERM)
+    assert caught.value.exit_code is ExitCode.ABORTED

@@ -1,4 +1,4 @@
-"""Linear algebra has one thread, for a program as for a worker of a batch."""
+"""The threads of linear algebra in the command line."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from rigrunner.cli.main import main
 
 
 @pytest.mark.parametrize("threads", [None, "4"])
-def test_it_has_one_thread_unless_somebody_wants_more(monkeypatch, threads):
+def test_linear_algebra_has_one_thread_unless_the_environment_sets_more(monkeypatch, threads):
     for name in ONE_THREAD:
         monkeypatch.delenv(name, raising=False)
     if threads is not None:

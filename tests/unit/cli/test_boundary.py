@@ -19,7 +19,7 @@ from rigrunner.cli.boundary import run_command
 from rigrunner.registry import load_registry, with_drop_ins
 
 
-def command_that(body):
+def command(body):
     return click.Command("test", callback=body)
 
 
@@ -27,10 +27,10 @@ def raising(error):
     def body():
         raise error
 
-    return command_that(body)
+    return command(body)
 
 
-def test_an_error_shows_place_message_and_hint(capsys):
+def test_error_shows_location_message_and_hint(capsys):
     error = DataError("no channel", location=Location("a.yaml", 3, 7), hint="there is tester.angle")
     assert run_command(raising(error), []) == ExitCode.DATA
     captured = capsys.readouterr()
@@ -38,7 +38,7 @@ def test_an_error_shows_place_message_and_hint(capsys):
     assert captured.out == ""
 
 
-def test_all_problems_of_a_file_are_shown_in_its_order(capsys):
+def test_problems_of_a_file_are_shown_in_line_order(capsys):
     problems = [
         Problem("no unit", Location("a.yaml", 12, 1)),
         Problem(
@@ -54,14 +54,14 @@ def test_all_problems_of_a_file_are_shown_in_its_order(capsys):
     ]
 
 
-def test_a_second_error_stands_beside_the_first(capsys):
+def test_notes_of_an_error_are_shown(capsys):
     error = DeviceLostError("tester: the line broke")
     error.add_note("tester could not be made safe: time-out")
     assert run_command(raising(error), []) == ExitCode.DEVICE
     assert "note: tester could not be made safe" in capsys.readouterr().err
 
 
-def test_anything_else_is_a_bug_with_its_traceback(capsys):
+def test_unexpected_exception_is_a_bug_with_traceback(capsys):
     assert run_command(raising(ZeroDivisionError("oops")), []) == ExitCode.BUG
     err = capsys.readouterr().err
     assert "Traceback" in err
@@ -69,7 +69,7 @@ def test_anything_else_is_a_bug_with_its_traceback(capsys):
     assert "bug" in err
 
 
-def test_an_error_of_no_known_kind_is_a_bug():
+def test_plain_rigrunner_error_has_the_exit_code_of_a_bug():
     assert RigrunnerError("?").exit_code == ExitCode.BUG
 
 
@@ -79,44 +79,44 @@ def test_ctrl_c_ends_with_130(capsys):
 
 
 @pytest.mark.parametrize("code", [ExitCode.PASS, ExitCode.FAIL, ExitCode.UNDECIDED])
-def test_what_a_command_returns_is_the_exit_code(code):
-    assert run_command(command_that(lambda: code), []) == code
+def test_return_value_of_a_command_is_the_exit_code(code):
+    assert run_command(command(lambda: code), []) == code
 
 
-def test_a_command_that_returns_nothing_has_succeeded():
-    assert run_command(command_that(lambda: None), []) == ExitCode.PASS
+def test_command_that_returns_none_succeeds():
+    assert run_command(command(lambda: None), []) == ExitCode.PASS
 
 
-def test_an_unknown_command_is_a_usage_error_with_a_suggestion():
-    called = call("anlyse")
-    assert called.code == ExitCode.USAGE
-    assert "Did you mean 'analyse'?" in called.err
-    assert called.out == ""
+def test_unknown_command_is_a_usage_error_with_a_suggestion():
+    result = call("anlyse")
+    assert result.code == ExitCode.USAGE
+    assert "Did you mean 'analyse'?" in result.err
+    assert result.out == ""
 
 
-def test_an_old_name_of_a_command_is_answered_with_the_new_one():
-    called = call("diff", "a.yaml", "b.yaml")
-    assert called.code == ExitCode.USAGE
-    assert "'diff' is called 'compare' now" in called.err
+def test_old_command_name_suggests_the_new_one():
+    result = call("diff", "a.yaml", "b.yaml")
+    assert result.code == ExitCode.USAGE
+    assert "'diff' is called 'compare' now" in result.err
 
 
-def test_an_unknown_option_is_a_usage_error_with_a_suggestion():
-    called = call("runs", "--rnus", "x")
-    assert called.code == ExitCode.USAGE
-    assert "'--runs'" in called.err
+def test_unknown_option_is_a_usage_error_with_a_suggestion():
+    result = call("runs", "--rnus", "x")
+    assert result.code == ExitCode.USAGE
+    assert "'--runs'" in result.err
 
 
-def test_without_a_command_the_help_is_shown():
-    called = call()
-    assert called.code == ExitCode.PASS
-    assert called.out == call("--help").out
+def test_no_command_shows_the_help():
+    result = call()
+    assert result.code == ExitCode.PASS
+    assert result.out == call("--help").out
 
 
-def test_a_broken_pipe_of_a_device_is_not_taken_for_a_reader_that_has_gone():
+def test_broken_pipe_of_a_device_is_not_taken_for_a_closed_stdout():
     assert run_command(raising(BrokenPipeError("the device's socket")), []) == ExitCode.BUG
 
 
-def test_a_bug_in_a_plugin_names_its_file_and_line(capsys, tmp_path):
+def test_bug_in_a_plugin_names_its_file_and_line(capsys, tmp_path):
     (tmp_path / "press.py").write_text(
         "from rigrunner.api.hooks import FitRecord, hookimpl\n"
         "api_version = 1\n"
@@ -127,15 +127,15 @@ def test_a_bug_in_a_plugin_names_its_file_and_line(capsys, tmp_path):
         "    return [FitRecord(name='line', help='', factory=make)]\n"
     )
     registry = with_drop_ins(load_registry([]), tmp_path)
-    body = command_that(lambda: registry.make("fit", "line", {}))
-    assert run_command(body, []) == ExitCode.BUG
+    make_fit = command(lambda: registry.make("fit", "line", {}))
+    assert run_command(make_fit, []) == ExitCode.BUG
     *_, last = capsys.readouterr().err.splitlines()
     place = f"{tmp_path / 'press.py'}:4"
     assert last == f"error: this is a bug in the plugin {place}, or in code that it calls"
 
 
 @pytest.mark.parametrize("error", [SystemExit(0), CancelledError(), GeneratorExit()])
-def test_an_exit_that_a_plugin_asks_for_is_a_bug_not_a_success(error, capsys):
-    """As one that a compensation raises in the middle of an analysis."""
+def test_exit_raised_by_a_plugin_is_a_bug(error, capsys):
+    """As a compensation could raise one in the middle of an analysis."""
     assert run_command(raising(error), []) == ExitCode.BUG
     assert type(error).__name__ in capsys.readouterr().err

@@ -8,7 +8,7 @@ from rigrunner.tools.comparing.tree import Change
 
 
 @pytest.mark.parametrize(
-    ("matter", "words"),
+    ("relevant", "words"),
     [
         ((True,), "1 difference"),
         ((True, True), "2 differences"),
@@ -16,6 +16,6 @@ from rigrunner.tools.comparing.tree import Change
         ((True, True, False, False), "2 differences, and 2 that do not matter"),
     ],
 )
-def test_every_line_that_is_shown_is_counted(matter, words):
-    changes = tuple(Change("inputs", "text", matters=matters) for matters in matter)
+def test_each_difference_is_counted_by_whether_it_matters(relevant, words):
+    changes = tuple(Change("inputs", "text", matters=is_relevant) for is_relevant in relevant)
     assert _count(Comparison("a", "b", changes, "")) == words

@@ -1,4 +1,4 @@
-"""What a shell offers at the cursor."""
+"""The completions that a shell offers."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ PROCEDURES = ["no_load_inertia_sweep", "starting_torque_1000n"]
 
 
 def offered(*words):
-    """What stands at the cursor after the last word, as (type, value)."""
+    """Return the completions of the last word: values, or (type, value) if not plain."""
     shell = BashComplete(rigrunner, {}, PROGRAM, VARIABLE)
     items = shell.get_completions(list(words[:-1]), words[-1])
     return [item.value if item.type == "plain" else (item.type, item.value) for item in items]
@@ -34,14 +34,14 @@ def folder(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
 
 
-def test_commands_are_offered():
+def test_commands_are_completed():
     assert offered("") == list(rigrunner.summaries)
     assert offered("sch") == ["schema"]
 
 
 @pytest.mark.parametrize("command", ["run", "check", "plan"])
 @pytest.mark.usefixtures("folder")
-def test_shipped_procedures_and_files_here_are_offered(command):
+def test_shipped_procedures_and_files_of_the_folder_are_completed(command):
     words = offered(command, "")
     assert set(PROCEDURES) < set(words)
     assert words[-2:] == ["mine.yaml", "station.yml"]
@@ -50,30 +50,30 @@ def test_shipped_procedures_and_files_here_are_offered(command):
 
 @pytest.mark.parametrize("command", ["run x", "check x", "plan x", "plugins", "schema station"])
 @pytest.mark.usefixtures("folder")
-def test_shipped_stations_are_offered(command):
+def test_shipped_stations_are_completed(command):
     assert "simulated" in offered(*command.split(), "--station", "simu")
 
 
 @pytest.mark.parametrize("command", ["run", "show"])
 @pytest.mark.usefixtures("folder")
-def test_the_shell_completes_a_path(command):
+def test_paths_are_left_to_the_shell(command):
     assert offered(command, "some/where") == [("file", "some/where")]
 
 
 @pytest.mark.parametrize("command", ["show", "report", "analyse"])
 @pytest.mark.usefixtures("folder")
-def test_stored_runs_are_offered_the_newest_first(command):
+def test_stored_runs_are_completed_newest_first(command):
     assert offered(command, "2026") == ["20260102T000000Z_B", "20260101T000000Z_A"]
     assert offered(command, "--runs", "elsewhere", "") == ["20250101T000000Z_C"]
 
 
 @pytest.mark.parametrize("command", ["run x", "analyse x"])
 @pytest.mark.usefixtures("folder")
-def test_the_no_load_run_is_offered(command):
+def test_no_load_run_is_completed(command):
     assert offered(*command.split(), "--no-load", "20260102") == ["20260102T000000Z_B"]
 
 
-def test_plugins_languages_shells_and_options_are_offered():
+def test_plugins_languages_shells_and_options_are_completed():
     assert offered("plugins", "template") == ["template_inverse"]
     assert offered("schema", "") == [
         *("procedure", "station", "import", "letterhead", "order", "certificate"),
@@ -83,31 +83,31 @@ def test_plugins_languages_shells_and_options_are_offered():
 
 
 @pytest.mark.parametrize("shell", ["bash", "zsh", "fish"])
-def test_each_shell_gets_its_script(shell):
-    called = call("completion", shell)
-    assert called.code == 0
-    assert f"{VARIABLE}={shell}_complete" in called.out
+def test_each_shell_has_a_completion_script(shell):
+    result = call("completion", shell)
+    assert result.code == 0
+    assert f"{VARIABLE}={shell}_complete" in result.out
 
 
-def completed(instruction, words):
-    place = {"COMP_WORDS": words, "COMP_CWORD": str(len(words.split()))}
+def run_completion(instruction, words):
+    environment = {"COMP_WORDS": words, "COMP_CWORD": str(len(words.split()))}
     return subprocess.run(
         [sys.executable, "-m", "rigrunner"],
-        env=os.environ | place | {VARIABLE: instruction},
+        env=os.environ | environment | {VARIABLE: instruction},
         capture_output=True,
         text=True,
         check=False,
     )
 
 
-def test_the_shell_is_never_told_anything_else():
-    done = completed("bash_complete", "rigrunner no_such_command")
-    assert (done.returncode, done.stdout, done.stderr) == (1, "", "")
-    assert completed("csh_complete", "rigrunner").returncode == 1
+def test_failed_completion_prints_nothing():
+    result = run_completion("bash_complete", "rigrunner no_such_command")
+    assert (result.returncode, result.stdout, result.stderr) == (1, "", "")
+    assert run_completion("csh_complete", "rigrunner").returncode == 1
 
 
 @pytest.mark.skipif(shutil.which("bash") is None, reason="there is no bash here")
-def test_bash_completes(tmp_path):
+def test_bash_completes_a_procedure(tmp_path):
     program = tmp_path / "rigrunner"
     program.write_text(f'#!/bin/sh\nexec {sys.executable} -m rigrunner "$@"\n')
     program.chmod(0o755)
@@ -118,32 +118,32 @@ def test_bash_completes(tmp_path):
         printf '%s' "${COMPREPLY[*]}"
     """
     path = f"{tmp_path}{os.pathsep}{os.environ['PATH']}"
-    done = subprocess.run(
+    result = subprocess.run(
         ["bash", "-c", script],
         env=os.environ | {"PATH": path},
         capture_output=True,
         text=True,
         check=True,
     )
-    assert done.stdout == "starting_torque_1000n"
+    assert result.stdout == "starting_torque_1000n"
 
 
 @pytest.mark.parametrize(
     "words",
     ["", "run ", "check ", "plan ", "show ", "analyse ", "report ", "run x --station ", "schema "],
 )
-def test_completing_imports_next_to_nothing(words):
+def test_completion_imports_no_heavy_package(words):
     code = (
         "import sys; from rigrunner.cli.main import main; main()\n"
         "print(*{name.partition('.')[0] for name in sys.modules}, file=sys.stderr)"
     )
     line, word = f"rigrunner {words}", str(len(words.split()) + 1)
-    place = {"COMP_WORDS": line, "COMP_CWORD": word, VARIABLE: "bash_complete"}
-    done = subprocess.run(
+    environment = {"COMP_WORDS": line, "COMP_CWORD": word, VARIABLE: "bash_complete"}
+    result = subprocess.run(
         [sys.executable, "-c", code],
-        env=os.environ | place,
+        env=os.environ | environment,
         capture_output=True,
         text=True,
         check=True,
     )
-    assert {"numpy", "scipy", "h5py", "pydantic", "rich"}.isdisjoint(done.stderr.split())
+    assert {"numpy", "scipy", "h5py", "pydantic", "rich"}.isdisjoint(result.stderr.split())

@@ -18,13 +18,13 @@ BROKEN = Finding("HDF5", "fail", "broken", "reinstall it")
     ("findings", "code"),
     [([FINE], ExitCode.PASS), ([FINE, POOR], ExitCode.PASS), ([POOR, BROKEN], ExitCode.FAIL)],
 )
-def test_what_is_needed_and_broken_decides(monkeypatch, findings, code):
+def test_only_failures_change_the_exit_code(monkeypatch, findings, code):
     monkeypatch.setattr(doctor, "examine", lambda _: findings)
     assert call("doctor").code == code
     assert call("doctor", "--json").code == code
 
 
-def test_findings_are_listed_with_how_to_fix_them(monkeypatch):
+def test_findings_are_listed_with_their_fixes(monkeypatch):
     monkeypatch.setattr(doctor, "examine", lambda _: [FINE, BROKEN])
     assert call("doctor").out == (
         "ok    Python  3.11\nfail  HDF5    broken\n              fix: reinstall it\n\n"
@@ -32,7 +32,7 @@ def test_findings_are_listed_with_how_to_fix_them(monkeypatch):
     )
 
 
-def test_programs_get_them_as_json(monkeypatch):
+def test_findings_can_be_printed_as_json(monkeypatch):
     monkeypatch.setattr(doctor, "examine", lambda _: [POOR])
     assert json.loads(call("doctor", "--json").out) == [
         {"name": "browser", "state": "warn", "found": "none", "fix": "install one"}

@@ -1,4 +1,4 @@
-"""A command collects garbage seldom, and leaves what it holds at its end to the system."""
+"""A command collects garbage rarely, and leaves the objects that live at its end to the system."""
 
 import gc
 import subprocess
@@ -18,7 +18,7 @@ main(["--version"])
 
 @pytest.fixture
 def default_threshold():
-    """Python's own; the tests look for garbage less often."""
+    """The default of Python; the test run itself collects less often."""
     before = gc.get_threshold()
     gc.set_threshold(700, 10, 10)
     yield
@@ -26,16 +26,16 @@ def default_threshold():
 
 
 @pytest.mark.usefixtures("default_threshold")
-def test_a_command_collects_seldom_and_keeps_the_collector_on():
+def test_command_raises_the_threshold_and_keeps_the_collector_on():
     call("--version")
     assert gc.isenabled()
     assert 10_000 <= gc.get_threshold()[0] <= 200_000
 
 
-def test_what_a_command_holds_is_not_searched_at_the_end():
-    done = subprocess.run(
+def test_objects_are_frozen_at_the_end_of_a_command():
+    result = subprocess.run(
         [sys.executable, "-c", AT_THE_END], capture_output=True, text=True, check=True
     )
-    frozen, others = map(int, done.stdout.split("\n")[1].split())
+    frozen, others = map(int, result.stdout.split("\n")[1].split())
     assert frozen > 10_000
     assert others < 100

@@ -1,4 +1,4 @@
-"""The keyboard of Windows, whose `select` knows no console, played by stand-ins."""
+"""Waiting for input, with stand-ins for the Windows console, which `select` does not support."""
 
 from __future__ import annotations
 
@@ -20,12 +20,12 @@ def windows(monkeypatch):
     return keys
 
 
-def test_on_windows_the_wait_for_a_key_ends_so_that_the_rig_is_looked_at(windows):
+def test_wait_for_a_key_times_out_on_windows(windows):
     assert not wait_for_line(0.01)
     windows.append("a")
     assert wait_for_line(0.01)
 
 
-def test_what_is_piped_in_may_be_read_at_once(monkeypatch):
+def test_piped_input_is_ready_at_once(monkeypatch):
     monkeypatch.setattr(sys, "stdin", SimpleNamespace(isatty=lambda: False))
     assert wait_for_line(60.0)

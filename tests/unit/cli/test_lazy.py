@@ -1,4 +1,4 @@
-"""What each command may import: the list is exact, so that nothing heavy comes in by the way."""
+"""What each command may import: the lists are exact, so that no heavy import slips in."""
 
 from __future__ import annotations
 
@@ -13,13 +13,13 @@ from rigrunner.cli.main import rigrunner
 PROCEDURE = "starting_torque_1000n"
 EVENTS = {"msgspec", "typing_extensions"}
 MODELS = {"annotated_types", "pydantic", "pydantic_core", "typing_inspection"} | EVENTS
-COMMANDS_OF_BEARINGS = {"rigrunner_bearings"}
-PLUGINS = {"pluggy", "rigrunner_plugins", "rigrunner_reports"} | COMMANDS_OF_BEARINGS
+BEARINGS = {"rigrunner_bearings"}
+PLUGINS = {"pluggy", "rigrunner_plugins", "rigrunner_reports"} | BEARINGS
 OURS = {"rigrunner", "rigrunner_fleet", "rigrunner_panel", "rigrunner_testing"}
 FLOORS = {"api", "blas", "cli", "moved", "printable", "run"}
 
-HELP = ({"click"} | COMMANDS_OF_BEARINGS, FLOORS)
-"""Other packages than those of Python and ours, and the floors of ours."""
+HELP = ({"click"} | BEARINGS, FLOORS)
+"""Third-party packages and those of plugins, and the subpackages of rigrunner."""
 LIST = (
     {"click", "yaml"} | MODELS | PLUGINS,
     FLOORS | {"interlock", "procedure", "registry", "station", "steps", "yamlfile"},
@@ -39,12 +39,12 @@ COMMANDS = {
     ("check", PROCEDURE, "--station", "simulated"): CHECK_ON_STATION,
     ("plugins",): LIST,
 }
-OF_COMPILERS = ("_cython", "cython_", "_sysconfigdata")
-"""How the modules begin that compiled code and Python bring along."""
+COMPILER_PREFIXES = ("_cython", "cython_", "_sysconfigdata")
+"""Prefixes of the modules that compiled code and Python load themselves."""
 
 
 def modules_of(*arguments):
-    """The modules that a call imports."""
+    """Return the modules that a call imports."""
     return modules_after(f"main({list(arguments)!r})")
 
 
@@ -54,34 +54,34 @@ def modules_after(calls):
         f"{calls}\n"
         "print('IMPORTED', *sys.modules)"
     )
-    done = subprocess.run(
+    result = subprocess.run(
         [sys.executable, "-S", "-c", f"import sys; sys.path[:] = {sys.path!r}\n{code}"],
-        cwd=Path(__file__).parent,  # the reader of a checkout may have runs in it
+        cwd=Path(__file__).parent,  # the root of the checkout may contain runs
         capture_output=True,
         text=True,
         check=True,
     )
-    return set(done.stdout.rpartition("IMPORTED")[2].split())
+    return set(result.stdout.rpartition("IMPORTED")[2].split())
 
 
 def packages_and_floors(modules):
     tops = {name.partition(".")[0] for name in modules} - set(sys.stdlib_module_names)
-    others = {name for name in tops if not name.startswith(OF_COMPILERS)} - {"__main__"}
+    packages = {name for name in tops if not name.startswith(COMPILER_PREFIXES)} - {"__main__"}
     floors = {name.split(".")[1] for name in modules if name.startswith("rigrunner.")}
-    return others - OURS, floors
+    return packages - OURS, floors
 
 
 @pytest.mark.parametrize("arguments", COMMANDS, ids=" ".join)
-def test_a_command_imports_no_more_than_is_listed(arguments):
+def test_command_imports_only_the_listed_packages(arguments):
     modules = modules_of(*arguments)
     packages, floors = packages_and_floors(modules)
-    may_be_packages, of_ours = COMMANDS[arguments]
-    assert packages <= may_be_packages
-    assert floors == of_ours
+    allowed_packages, expected_floors = COMMANDS[arguments]
+    assert packages <= allowed_packages
+    assert floors == expected_floors
     assert not {name for name in modules if name.endswith(".moved")} - {"rigrunner.moved"}
 
 
-def test_the_help_of_no_command_imports_a_package_beside_click_and_that_of_events():
+def test_command_modules_import_only_click_and_the_event_package():
     modules = modules_after(
         f"for name in {list(rigrunner.summaries)!r}: rigrunner.get_command(None, name)\n"
         "studies = rigrunner.get_command(None, 'study')\n"
@@ -89,11 +89,11 @@ def test_the_help_of_no_command_imports_a_package_beside_click_and_that_of_event
     )
     assert "rigrunner_bearings.commands.study.coverage" in modules
     packages, floors = packages_and_floors(modules)
-    assert packages == {"click"} | COMMANDS_OF_BEARINGS | EVENTS
+    assert packages == {"click"} | BEARINGS | EVENTS
     assert floors <= FLOORS | {"signal"}
 
 
-def test_a_check_loads_no_settings_but_those_of_plugins_that_are_named():
+def test_check_loads_settings_of_named_plugins_only():
     def settings(modules):
         return {
             name
@@ -107,7 +107,7 @@ def test_a_check_loads_no_settings_but_those_of_plugins_that_are_named():
     assert not any(name.startswith("rigrunner_plugins.devices.modbus") for name in on_station)
 
 
-def test_the_settings_of_all_plugins_load_and_build_without_numpy():
+def test_plugin_settings_load_and_build_without_numpy():
     modules = modules_after(
         "from rigrunner.registry import load_registry\n"
         "for plugin in load_registry().plugins: plugin.record.settings_model.model_rebuild()"
@@ -116,8 +116,8 @@ def test_the_settings_of_all_plugins_load_and_build_without_numpy():
     assert packages_and_floors(modules)[0] <= LIST[0]
 
 
-def test_no_model_is_built_before_it_is_used():
-    """A default that is an instance of a model would build it: `Field(default_factory=...)`."""
+def test_no_model_is_built_on_import():
+    """A default that is an instance of a model builds it; use `Field(default_factory=...)`."""
     modules_after(
         "import rigrunner.procedure, rigrunner.station, rigrunner.run.approval\n"
         "from rigrunner.api.settings import Settings\n"
@@ -131,13 +131,13 @@ def test_no_model_is_built_before_it_is_used():
 
 
 @pytest.mark.parametrize("name", rigrunner.summaries)
-def test_every_command_says_first_what_the_list_of_commands_says(name):
+def test_help_of_a_command_begins_with_its_summary(name):
     command = rigrunner.get_command(None, name)
     assert command.name == name
     assert command.help.partition("\n")[0] == rigrunner.summaries[name]
 
 
-def test_a_report_needs_no_model_of_a_certificate_and_looks_for_no_plugins_of_pydantic():
+def test_report_loads_no_certificate_model_and_no_pydantic_plugins():
     loaded = modules_after(
         "main(['--version'])\n"
         "import rigrunner.run.report\n"
@@ -152,8 +152,8 @@ def test_a_report_needs_no_model_of_a_certificate_and_looks_for_no_plugins_of_py
     "module",
     ["rigrunner.run.record", "rigrunner_panel.web.app", "rigrunner_panel.live.analyst"],
 )
-def test_what_records_and_analyses_begins_without_the_packages_of_scipy(module):
-    """They take longest, and come in with the first analysis: a run without one needs none."""
+def test_recording_and_panel_load_no_scipy_subpackages(module):
+    """They take longest to load, and only the first analysis needs them."""
     modules = modules_after(f"import {module}")
     assert "scipy" in modules
     packages = {"special", "ndimage", "signal", "stats", "optimize", "interpolate", "integrate"}

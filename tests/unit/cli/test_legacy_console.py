@@ -1,4 +1,4 @@
-"""Legacy consoles: a sign that they lack becomes a plain one, and never an error."""
+"""Legacy consoles: a character that they lack is replaced, and is never an error."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from rigrunner.cli.output import in_encoding
         ("ascii", "0.7 +/- 0.1 N.m <= 1 -> ?"),
     ],
 )
-def test_what_the_console_lacks_is_written_plainly(encoding, shown):
+def test_missing_characters_are_replaced(encoding, shown):
     assert in_encoding("0.7 ± 0.1 N·m ≤ 1 → ä", encoding) == shown
 
 
@@ -30,12 +30,12 @@ def test_what_the_console_lacks_is_written_plainly(encoding, shown):
     "words",
     [["--help"], ["plan", "--help"], ["plan", "starting_torque_1000n", "--station", "simulated"]],
 )
-def test_a_legacy_console_is_no_error(tmp_path, encoding, words):
+def test_commands_work_on_a_legacy_console(tmp_path, encoding, words):
     legacy = {"PYTHONIOENCODING": encoding, "PYTHONUTF8": "0", "LC_ALL": "C"}
-    done = subprocess.run(
+    result = subprocess.run(
         [sys.executable, "-m", "rigrunner", *words],
         cwd=tmp_path, env=os.environ | legacy, capture_output=True, check=False,
     )  # fmt: skip
-    assert done.returncode == 0, done.stderr.decode(encoding)
-    assert "Traceback" not in done.stderr.decode(encoding)
-    assert "N?m" not in done.stdout.decode(encoding)
+    assert result.returncode == 0, result.stderr.decode(encoding)
+    assert "Traceback" not in result.stderr.decode(encoding)
+    assert "N?m" not in result.stdout.decode(encoding)

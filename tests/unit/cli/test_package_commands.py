@@ -1,4 +1,4 @@
-"""Commands that other packages bring."""
+"""Commands that other packages provide."""
 
 from __future__ import annotations
 
@@ -17,26 +17,26 @@ import click
 
 @click.command(name="{name}")
 def command():
-    click.echo("{said}")
+    click.echo("{text}")
 """
 
 
 @pytest.fixture
 def packages(tmp_path, monkeypatch):
-    """Makes packages with commands; the group of both of them."""
+    """Return a function that makes a package with one command."""
     monkeypatch.syspath_prepend(tmp_path)
 
     def make(package, name, text, title="Extras"):
         folder = tmp_path / package
         folder.mkdir()
         (folder / "__init__.py").write_text(f"COMMANDS = {{{title!r}: {{{name!r}: {text!r}}}}}\n")
-        (folder / f"{name}.py").write_text(MODULE.format(name=name, said=text))
+        (folder / f"{name}.py").write_text(MODULE.format(name=name, text=text))
         return Commands(package, {title: {name: text}})
 
     return make
 
 
-def called(group, name):
+def output_of(group, name):
     lines = []
     with click.Context(group) as context:
         command = group.get_command(context, name)
@@ -46,31 +46,31 @@ def called(group, name):
     return lines
 
 
-def test_a_package_s_command_stands_in_its_group_and_is_called(packages):
+def test_command_of_a_package_is_listed_in_its_group_and_runs(packages):
     core = packages("mine", "first", "Do the first.", "Run")
     package = packages("theirs", "second", "Do the second.", "Run")
     group = LazyGroup(own=core, others=lambda: [package])
     assert group.groups == {"Run": {"first": "Do the first.", "second": "Do the second."}}
-    assert called(group, "second") == ["Do the second."]
+    assert output_of(group, "second") == ["Do the second."]
 
 
-def test_a_name_that_is_taken_stays_with_who_has_it(packages):
+def test_own_command_wins_over_a_package_command(packages):
     core = packages("mine_too", "same", "Mine.", "Run")
     package = packages("theirs_too", "same", "Theirs.")
     group = LazyGroup(own=core, others=lambda: [package])
     assert group.summaries == {"same": "Mine."}
-    assert called(group, "same") == ["Mine."]
+    assert output_of(group, "same") == ["Mine."]
 
 
-def test_nothing_is_looked_up_for_a_command_of_its_own(packages):
-    def nobody():
+def test_packages_are_not_searched_for_an_own_command(packages):
+    def fail():
         raise AssertionError
 
-    group = LazyGroup(own=packages("alone", "only", "Alone."), others=nobody)
-    assert called(group, "only") == ["Alone."]
+    group = LazyGroup(own=packages("alone", "only", "Alone."), others=fail)
+    assert output_of(group, "only") == ["Alone."]
 
 
-def test_what_cannot_be_imported_is_reported_and_the_rest_still_works(monkeypatch, capsys):
+def test_import_error_of_a_package_is_reported_and_the_help_still_works(monkeypatch, capsys):
     entry = EntryPoint("broken", "there_is_no_such_package", GROUP)
     monkeypatch.setattr(module, "entries", lambda _: {"broken": entry})
     assert list(package_commands()) == []

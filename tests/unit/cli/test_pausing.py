@@ -1,4 +1,4 @@
-"""What a person at the terminal is asked while a run is paused, and which answers are taken."""
+"""The questions at the terminal while a run is paused, and the accepted answers."""
 
 from __future__ import annotations
 
@@ -41,12 +41,12 @@ def decide(monkeypatch, typed: str):
         ("override\nabort\n", Choice.ABORT, ""),
     ],
 )
-def test_an_answer_is_taken_when_it_is_clear(monkeypatch, typed, choice, reason):
+def test_clear_answers_are_accepted(monkeypatch, typed, choice, reason):
     decision, _ = decide(monkeypatch, typed)
     assert (decision.choice, decision.reason, decision.by) == (choice, reason, "Ada")
 
 
-def test_all_that_matters_is_said(monkeypatch, capsys):
+def test_prompt_shows_step_reason_devices_and_choices(monkeypatch, capsys):
     decide(monkeypatch, "maybe\nresume\n")
     output = capsys.readouterr().err
     assert "Paused at main[0].record: pause requested." in output
@@ -55,26 +55,26 @@ def test_all_that_matters_is_said(monkeypatch, capsys):
     assert "Please answer with one of: resume, repeat, skip, note, abort." in output
 
 
-def test_a_note_leaves_the_run_paused_and_other_answers_do_not(monkeypatch):
+def test_only_a_note_leaves_the_run_paused(monkeypatch):
     assert decide(monkeypatch, "note\nhm\n")[1].pause_requested() == "keyboard"
     assert decide(monkeypatch, "resume\n")[1].pause_requested() == ""
 
 
-def test_where_the_input_has_ended_the_run_does(monkeypatch):
+def test_end_of_input_aborts_a_paused_run(monkeypatch):
     with pytest.raises(AbortedError, match="no answer"):
         decide(monkeypatch, "")
 
 
-def test_once_the_progress_is_seen_again_ctrl_c_pauses_again(monkeypatch):
+def test_ctrl_c_pauses_again_once_progress_is_shown_again(monkeypatch):
     stop = SignalStop(attended=True)
-    seen = []
+    pause_sources = []
 
-    class Shown(LineProgress):
+    class ShownProgress(LineProgress):
         @contextmanager
         def paused(self):
             yield
-            seen.append(stop.pause_requested())
+            pause_sources.append(stop.pause_requested())
 
     monkeypatch.setattr("sys.stdin", io.StringIO("resume\n"))
-    TerminalPauses(stop, Shown(), "Ada").decide(PAUSED, lambda: None)
-    assert seen == [""]
+    TerminalPauses(stop, ShownProgress(), "Ada").decide(PAUSED, lambda: None)
+    assert pause_sources == [""]

@@ -46,21 +46,21 @@ def registry(monkeypatch):
 
 @pytest.mark.usefixtures("registry")
 def test_plugins_are_listed_by_kind():
-    called = call("plugins")
-    assert called.code == ExitCode.PASS
-    assert called.out == (
+    result = call("plugins")
+    assert result.code == ExitCode.PASS
+    assert result.out == (
         "outlier rules of lab_plugins 2.0\n  pauta  Three sigma.\n\n"
         "fits of lab_plugins 2.0\n  spline  A spline.\n"
     )
 
 
 @pytest.mark.usefixtures("registry")
-def test_a_plugin_that_could_not_be_loaded_is_named_with_its_reason():
+def test_disabled_plugin_is_shown_with_its_reason():
     assert "disabled: broken 0.1: ImportError: no driver" in call("plugins").err
 
 
 @pytest.mark.usefixtures("registry")
-def test_settings_are_shown_with_those_of_nested_models():
+def test_settings_of_nested_models_are_shown():
     assert call("plugins", "pauta").out.splitlines() == [
         "outlier rule 'pauta' of lab_plugins 2.0",
         "Three sigma.",
@@ -75,12 +75,12 @@ def test_settings_are_shown_with_those_of_nested_models():
 
 
 @pytest.mark.usefixtures("registry")
-def test_a_plugin_without_settings_says_so():
+def test_plugin_without_settings_is_shown_as_such():
     assert "no settings" in call("plugins", "spline").out
 
 
 @pytest.mark.usefixtures("registry")
-def test_programs_get_parameters_and_schema():
+def test_json_has_parameters_and_schema():
     (plugin,) = json.loads(call("plugins", "pauta", "--json").out)
     assert (plugin["kind"], plugin["provider"], plugin["version"]) == (
         "outlier_rule",
@@ -100,7 +100,7 @@ def test_programs_get_parameters_and_schema():
 
 
 @pytest.mark.usefixtures("registry")
-def test_an_unknown_plugin_gets_a_suggestion():
-    called = call("plugins", "splin")
-    assert called.code == ExitCode.USAGE
-    assert "did you mean 'spline'?" in called.err
+def test_unknown_plugin_gets_a_suggestion():
+    result = call("plugins", "splin")
+    assert result.code == ExitCode.USAGE
+    assert "did you mean 'spline'?" in result.err

@@ -34,7 +34,7 @@ def ended(outcome):
     return RunEnded(monotonic_s=150.0, outcome=outcome, **WHEN)
 
 
-def test_a_pipe_gets_one_line_per_step(monkeypatch):
+def test_pipe_gets_one_line_per_step(monkeypatch):
     shown = show([STARTED, STEP, ALARM], io.StringIO(), monkeypatch)
     assert shown.splitlines() == [
         "R1: 12 steps, 3 min 20 s",
@@ -46,7 +46,7 @@ def test_a_pipe_gets_one_line_per_step(monkeypatch):
 @pytest.mark.parametrize(
     ("outcome", "percent"), [(Outcome.COMPLETED, "100 %"), (Outcome.ABORTED, "25 %")]
 )
-def test_a_terminal_gets_a_bar_that_fills_only_if_the_run_completes(monkeypatch, outcome, percent):
+def test_bar_reaches_100_percent_only_if_the_run_completes(monkeypatch, outcome, percent):
     monkeypatch.setenv("TERM", "xterm")
     shown = show([STARTED, STEP, ended(outcome)], Terminal(), monkeypatch)
     last = [line for line in shown.splitlines() if "%" in line][-1]
@@ -54,7 +54,7 @@ def test_a_terminal_gets_a_bar_that_fills_only_if_the_run_completes(monkeypatch,
     assert str(outcome) in last
 
 
-def test_of_a_quick_scan_a_terminal_is_told_a_point_now_and_then(monkeypatch):
+def test_points_of_a_fast_scan_are_shown_ten_times_a_second(monkeypatch):
     monkeypatch.setenv("TERM", "xterm")
     fields = {"step": "main[0]", "measurement": "m", "setpoints": {}, "values": {}}
     rows = [Scanned(monotonic_s=151.0, point=point, **fields, **WHEN) for point in range(500)]
@@ -62,21 +62,21 @@ def test_of_a_quick_scan_a_terminal_is_told_a_point_now_and_then(monkeypatch):
     monkeypatch.setattr("rigrunner.cli.progress.monotonic", lambda: next(now_s) / 1024)
     shown = show([STARTED, STEP, *rows], Terminal(), monkeypatch)
     last = [line for line in shown.splitlines() if "point" in line][-1]
-    assert "point 413: set load to 1000 N" in last  # it is told each tenth of a second
+    assert "point 413: set load to 1000 N" in last  # shown each tenth of a second
     assert show([STARTED, STEP, *rows], io.StringIO(), monkeypatch).count("\n") == 2
 
 
-def test_a_long_text_takes_what_the_bar_leaves(monkeypatch):
+def test_long_step_text_leaves_room_for_the_bar(monkeypatch):
     monkeypatch.setenv("TERM", "xterm")
     monkeypatch.setenv("COLUMNS", "80")
-    long = replace(STEP, text=f"Scan tester.load, reading {', '.join(['tester.torque'] * 9)}")
-    shown = show([STARTED, long], Terminal(), monkeypatch)
+    long_step = replace(STEP, text=f"Scan tester.load, reading {', '.join(['tester.torque'] * 9)}")
+    shown = show([STARTED, long_step], Terminal(), monkeypatch)
     (last, *_) = [line for line in reversed(shown.splitlines()) if "Scan" in line]
     assert "25 %" in last
     assert "━" in last
 
 
-def test_an_alarm_is_shown_on_a_terminal_too(monkeypatch):
+def test_terminal_shows_alarms(monkeypatch):
     monkeypatch.setenv("TERM", "xterm")
     assert "no answer" in show([STARTED, ALARM], Terminal(), monkeypatch)
 
@@ -85,5 +85,5 @@ def test_an_alarm_is_shown_on_a_terminal_too(monkeypatch):
     ("seconds", "text"),
     [(0.4, "0 s"), (59.6, "1 min 00 s"), (65, "1 min 05 s"), (7800, "2 h 10 min")],
 )
-def test_durations_are_written_as_a_person_says_them(seconds, text):
+def test_durations_in_hours_minutes_and_seconds(seconds, text):
     assert clock_text(seconds) == text

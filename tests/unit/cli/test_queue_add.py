@@ -1,4 +1,4 @@
-"""A list of specimens is read completely, or refused."""
+"""The list of specimens of `queue add`."""
 
 from __future__ import annotations
 
@@ -14,13 +14,13 @@ LINE = "SN-123456\n"
 LONGEST = LINE * (LONGEST_FILE // len(LINE))
 
 
-def test_a_list_on_stdin_is_taken_up_to_the_length_that_is_allowed(monkeypatch):
+def test_list_of_maximum_length_is_read_from_stdin(monkeypatch):
     monkeypatch.setattr("sys.stdin", io.StringIO(LONGEST))
     assert _text(Path("-")) == LONGEST
 
 
 @pytest.mark.parametrize("name", ["-", "list.txt"])
-def test_a_list_that_is_too_long_is_refused_and_not_cut(monkeypatch, tmp_path, name):
+def test_too_long_list_is_refused(monkeypatch, tmp_path, name):
     monkeypatch.chdir(tmp_path)
     Path("list.txt").write_text(LONGEST + LINE, encoding="utf-8")
     monkeypatch.setattr("sys.stdin", io.StringIO(LONGEST + LINE))

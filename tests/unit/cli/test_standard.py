@@ -1,4 +1,4 @@
-"""Standard streams that are closed, or lead to a full disk, neither spoil nor end anything."""
+"""Standard streams that are closed, or lead to a full disk."""
 
 from __future__ import annotations
 
@@ -22,28 +22,28 @@ OPENS_A_FILE = (
 
 
 @pytest.mark.skipif(os.name == "nt", reason="a shell closes them")
-def test_a_file_does_not_get_the_number_of_a_stream_that_was_closed(tmp_path):
+def test_file_never_gets_the_descriptor_of_a_closed_stream(tmp_path):
     words = [sys.executable, "-c", OPENS_A_FILE, str(tmp_path / "journal")]
-    ended = subprocess.run(
+    result = subprocess.run(
         ["sh", "-c", 'exec "$@" <&- >&- 2>&-', "sh", *words], check=False, timeout=60
     )
-    assert ended.returncode >= FIRST_FREE
+    assert result.returncode >= FIRST_FREE
 
 
 @pytest.mark.skipif(not FULL.exists(), reason="there is no /dev/full")
-def test_a_full_disk_behind_the_messages_ends_nothing(tmp_path):
+def test_full_disk_behind_stderr_is_ignored(tmp_path):
     with FULL.open("w") as full:
-        ended = rigrunner("runs", "--runs", str(tmp_path), stdout=subprocess.PIPE, stderr=full)
-    assert ended.returncode == ExitCode.PASS
+        result = rigrunner("runs", "--runs", str(tmp_path), stdout=subprocess.PIPE, stderr=full)
+    assert result.returncode == ExitCode.PASS
 
 
 @pytest.mark.skipif(not FULL.exists(), reason="there is no /dev/full")
-def test_a_full_disk_behind_the_result_is_told():
+def test_full_disk_behind_stdout_is_reported():
     with FULL.open("w") as full:
-        ended = rigrunner("plugins", stdout=full, stderr=subprocess.PIPE)
-    assert ended.returncode == ExitCode.DATA
-    assert "the result cannot be printed: No space left on device" in ended.stderr
-    assert "Traceback" not in ended.stderr
+        result = rigrunner("plugins", stdout=full, stderr=subprocess.PIPE)
+    assert result.returncode == ExitCode.DATA
+    assert "the result cannot be printed: No space left on device" in result.stderr
+    assert "Traceback" not in result.stderr
 
 
 def rigrunner(*arguments: str, **streams) -> subprocess.CompletedProcess[str]:

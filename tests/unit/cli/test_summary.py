@@ -45,7 +45,7 @@ LOADED = {
 }
 
 
-def test_a_loaded_run_shows_headline_verdict_table_and_what_failed():
+def test_summary_shows_headline_verdict_table_and_failed_checks():
     assert summary(LOADED).splitlines() == [
         "raw peak         3.20 ± 0.50 N·m",
         "starting torque  0.726 ± 0.021 N·m (95 %, template_inverse)",
@@ -63,7 +63,7 @@ def test_a_loaded_run_shows_headline_verdict_table_and_what_failed():
     ]
 
 
-def test_a_run_that_was_not_completed_has_no_verdict():
+def test_incomplete_run_has_no_verdict():
     document = copy.deepcopy(LOADED)
     document["run"]["outcome"] = "aborted"
     lines = summary(document).splitlines()
@@ -74,7 +74,7 @@ def test_a_run_that_was_not_completed_has_no_verdict():
     assert "by the rule      what was recorded would be PASS: 0.73 is below 0.95" in lines
 
 
-def test_checks_that_bind_say_their_effect_and_notes_come_after_them():
+def test_binding_checks_show_their_effect_before_the_notes():
     document = copy.deepcopy(LOADED) | {"compensations": {}}
     common = {"advice": "", "value": None, "threshold": None, "unit": None, "biases": []}
     document["checks"] = [
@@ -86,7 +86,7 @@ def test_checks_that_bind_say_their_effect_and_notes_come_after_them():
     assert lines[-2:] == ["check: play: it plays; +0.01 N·m", "note: cycles: 8"]
 
 
-def test_a_run_without_compensation_shows_its_peaks_and_their_fits():
+def test_run_without_compensation_shows_raw_peaks_and_fits():
     document = copy.deepcopy(LOADED) | {"compensations": {}, "decision": None}
     document["headline"] = {"method": None, "compensated": None, "raw_peak": estimate(4.5, 0.1)}
     coefficient = {"value": 0.9173, "standard_uncertainty": 0.1353, "unit": "N·m"}
@@ -109,7 +109,7 @@ def test_a_run_without_compensation_shows_its_peaks_and_their_fits():
     ]
 
 
-def test_the_result_says_whose_it_is():
+def test_identity_shows_procedure_state_and_run():
     assert identity(LOADED).splitlines() == [
         "procedure  A test (P, revision A)",
         "state      draft: not for certification",
@@ -117,7 +117,7 @@ def test_the_result_says_whose_it_is():
     ]
 
 
-def test_an_unknown_number_is_shown_as_unknown():
+def test_missing_values_are_shown_as_dashes():
     document = copy.deepcopy(LOADED)
     document["compensations"]["template_inverse"]["points"][0]["torque"] = estimate(None, None)
     document["points"][0]["raw_peak"]["mean"]["value"] = None
@@ -125,23 +125,25 @@ def test_an_unknown_number_is_shown_as_unknown():
 
 
 class Entry:
-    def __init__(self, found):
-        self.found = found
+    def __init__(self, loaded):
+        self.loaded = loaded
 
     def load(self):
-        if isinstance(self.found, Exception):
-            raise self.found
-        return self.found
+        if isinstance(self.loaded, Exception):
+            raise self.loaded
+        return self.loaded
 
 
-def test_a_package_adds_its_own_and_one_that_cannot_be_loaded_is_reported(monkeypatch, capsys):
+def test_packages_add_to_the_summary_and_import_errors_are_reported(monkeypatch, capsys):
     wear = SummaryParts(
         facts=lambda document: [("wear depth", f"{document['wear']} µm")],
         blocks=lambda _: ["Wear track\n12 mm", ""],
         checks=lambda _: [{"name": "stylus", "ok": False, "text": "blunt", "advice": ""}],
     )
-    there = {"a": Entry(wear), "b": Entry(ImportError("no module"))}
-    monkeypatch.setattr(module, "entries", lambda group: there if group == module.GROUP else {})
+    entry_points = {"a": Entry(wear), "b": Entry(ImportError("no module"))}
+    monkeypatch.setattr(
+        module, "entries", lambda group: entry_points if group == module.GROUP else {}
+    )
     plain = {"checks": [], "decision": None, "wear": 12.5, "run": {}}
     assert summary(plain).splitlines() == [
         "wear depth  12.5 µm",

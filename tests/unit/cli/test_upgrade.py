@@ -1,4 +1,4 @@
-"""`rigrunner upgrade`: what it shows and writes, what it refuses, and what becomes of approvals."""
+"""`rigrunner upgrade`: what it shows, writes and refuses, and its effect on approvals."""
 
 from __future__ import annotations
 
@@ -27,13 +27,13 @@ def old(tmp_path):
     return path
 
 
-def approved(path, digest):
-    words = {"revision": "A", "by": "A. Jones", "utc": "2026-01-31", "sha256": digest}
-    content = {"rigrunner": "approval/1", "procedure": "OLD", "approved": words}
+def write_approval(path, digest):
+    approval = {"revision": "A", "by": "A. Jones", "utc": "2026-01-31", "sha256": digest}
+    content = {"rigrunner": "approval/1", "procedure": "OLD", "approved": approval}
     path.with_suffix(".approval.json").write_text(json.dumps(content), encoding="utf-8")
 
 
-def test_a_file_of_before_is_refused_with_the_command_to_type(old):
+def test_older_file_is_refused_with_the_upgrade_command(old):
     problem = only_problem(load_procedure, old)
 
     assert str(problem.location) == f"{old}:1:12"
@@ -43,35 +43,35 @@ def test_a_file_of_before_is_refused_with_the_command_to_type(old):
     assert load_procedure(old).model.analysis[0].name == "swing_torque"
 
 
-def test_the_older_text_is_kept_and_the_difference_is_shown(old):
-    called = call("upgrade", old)
+def test_upgrade_keeps_the_older_text_and_shows_the_difference(old):
+    result = call("upgrade", old)
 
-    assert called.code == 0
-    assert "+  - swing_torque:\n" in called.out
-    assert "-  fits: [polynomial]\n" in called.out
+    assert result.code == 0
+    assert "+  - swing_torque:\n" in result.out
+    assert "-  fits: [polynomial]\n" in result.out
     assert old.with_name("old.yaml.old").read_text() == OLD
     assert old.read_text().endswith("main: [{settle: {time: 1 s}}]  # no more\n" + NEW_FORM
                                     + "      fits: [polynomial]\n")  # fmt: skip
 
 
-def test_an_approval_of_the_older_text_does_not_hold_for_the_new_one(old):
-    approved(old, texts_digest(OLD, {}))
-    called = call("upgrade", old)
+def test_approval_of_the_older_text_does_not_cover_the_upgraded_one(old):
+    write_approval(old, texts_digest(OLD, {}))
+    result = call("upgrade", old)
 
     note = "the procedure was changed after its approval by A. Jones on 2026-01-31"
-    assert f"OLD, revision A: draft, not for certification: {note}" in called.out
+    assert f"OLD, revision A: draft, not for certification: {note}" in result.out
     assert approval_state(load_procedure(old)).is_draft
 
 
-def test_a_dry_run_writes_nothing(old):
-    called = call("upgrade", "--dry-run", old)
+def test_dry_run_writes_nothing(old):
+    result = call("upgrade", "--dry-run", old)
 
-    assert "+  - swing_torque:\n" in called.out
+    assert "+  - swing_torque:\n" in result.out
     assert [path.name for path in old.parent.iterdir()] == ["old.yaml"]
     assert old.read_text() == OLD
 
 
-def test_a_folder_to_write_to_leaves_the_files_as_they_are(old, tmp_path):
+def test_out_folder_leaves_the_original_file_unchanged(old, tmp_path):
     assert call("upgrade", old, "--out", tmp_path / "new").code == 0
 
     assert old.read_text() == OLD
@@ -82,27 +82,27 @@ def test_a_folder_to_write_to_leaves_the_files_as_they_are(old, tmp_path):
 def test_nothing_is_overwritten(old, tmp_path, out):
     second = tmp_path / "other.yaml"
     second.write_text(OLD, encoding="utf-8")
-    in_the_way = tmp_path / "other.yaml" if out else tmp_path / "other.yaml.old"
-    in_the_way.write_text(OLD, encoding="utf-8")
-    called = call("upgrade", old, second, *(["--out", tmp_path] if out else []))
+    existing = tmp_path / "other.yaml" if out else tmp_path / "other.yaml.old"
+    existing.write_text(OLD, encoding="utf-8")
+    result = call("upgrade", old, second, *(["--out", tmp_path] if out else []))
 
-    assert called.code == 2
-    assert f"there is a file {tmp_path}" in called.err
-    assert old.read_text() == second.read_text() == in_the_way.read_text() == OLD
+    assert result.code == 2
+    assert f"there is a file {tmp_path}" in result.err
+    assert old.read_text() == second.read_text() == existing.read_text() == OLD
 
 
-def test_two_files_of_one_name_are_not_written_over_each_other(old, tmp_path):
+def test_two_files_with_the_same_name_are_refused(old, tmp_path):
     second = tmp_path / "elsewhere" / "old.yaml"
     second.parent.mkdir()
     second.write_text(OLD, encoding="utf-8")
-    called = call("upgrade", old, second, "--out", tmp_path / "new")
+    result = call("upgrade", old, second, "--out", tmp_path / "new")
 
-    assert called.code == 2
-    assert f"two of the files would be written to {tmp_path / 'new' / 'old.yaml'}" in called.err
+    assert result.code == 2
+    assert f"two of the files would be written to {tmp_path / 'new' / 'old.yaml'}" in result.err
     assert not (tmp_path / "new").exists()
 
 
-def test_a_file_of_today_needs_nothing(tmp_path):
+def test_current_file_needs_no_upgrade(tmp_path):
     path = tmp_path / "p.yaml"
     path.write_text(PROCEDURE, encoding="utf-8")
 
@@ -110,7 +110,7 @@ def test_a_file_of_today_needs_nothing(tmp_path):
     assert path.read_text() == PROCEDURE
 
 
-def test_a_stored_text_is_read_in_its_older_form_and_keeps_its_digest():
+def test_stored_older_text_is_read_and_keeps_its_digest():
     loaded = parse_procedure(OLD, "a run", stored=True)
 
     (analysis,) = loaded.model.analysis

@@ -1,4 +1,4 @@
-"""A run that was decided again: what its certificate states, and what verifying it finds."""
+"""The certificate of a run that was decided again, and its verification."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ TIGHT = Acceptance.model_validate({"limits": [LIMIT], "rule": "simple"})
 
 @pytest.fixture(scope="module")
 def certified(quick_copy, tmp_path_factory):
-    """Return a loaded run that its procedure passes and a later decision fails, certified."""
+    """Return a run, passed by its procedure and failed by a later decision, and its certificate."""
     folder = tmp_path_factory.mktemp("lab")
     loaded = quick_copy.loaded
     who = Decider(by="A. Person", reason="the drawing was <changed>", at=DECIDED)
@@ -58,13 +58,13 @@ def certificate(certified):
     return certified[1].certificate
 
 
-def checked(certificate, folder):
+def verification_of(certificate, folder):
     verification = Verification()
     check_decisions(verification, certificate, read(folder), folder)
     return verification
 
 
-def test_the_decision_in_force_stands_on_the_certificate_with_its_record(certified):
+def test_certificate_states_the_decision_in_force_and_its_record(certified):
     issued = certified[1]
     conformity = issued.certificate.conformity
     (record,) = conformity.decided_again
@@ -81,7 +81,7 @@ def test_the_decision_in_force_stands_on_the_certificate_with_its_record(certifi
 
 
 @pytest.mark.thorough
-def test_the_verdict_is_derived_again_by_the_decision_in_force(certified, tmp_path):
+def test_verification_derives_the_verdict_by_the_decision_in_force(certified, tmp_path):
     loaded, issued = certified
     letterhead = issued.files[0].parent.parent / "letterhead"
     means = Means(run=loaded, runs=loaded.parent, registry=load_registry(), letterhead=letterhead)
@@ -92,43 +92,48 @@ def test_the_verdict_is_derived_again_by_the_decision_in_force(certified, tmp_pa
     forged = tmp_path / issued.files[0].name
     text = issued.files[0].read_text("utf-8")
     forged.write_text(text.replace('"verdict": "fail"', '"verdict": "pass"'), "utf-8")
-    differs = "\n".join(verify_certificate(forged, means).differences)
-    assert "certificate regenerated from the run: conformity/verdict: 'pass' is recorded" in differs
+    differences = "\n".join(verify_certificate(forged, means).differences)
+    assert (
+        "certificate regenerated from the run: conformity/verdict: 'pass' is recorded"
+        in differences
+    )
 
 
-def test_a_record_that_was_changed_is_named(certificate, folder):
+def test_changed_decision_record_is_a_difference(certificate, folder):
     path = folder / "decision-2.json"
     path.write_text(path.read_text("utf-8").replace("A. Person", "B. Person"), "utf-8")
 
-    differs = "\n".join(checked(certificate, folder).differences)
-    assert "decision-2.json/by: 'A. Person' is recorded, 'B. Person' was derived" in differs
-    assert "decision-2.json/sha256" in differs
+    differences = "\n".join(verification_of(certificate, folder).differences)
+    assert "decision-2.json/by: 'A. Person' is recorded, 'B. Person' was derived" in differences
+    assert "decision-2.json/sha256" in differences
 
 
-def test_a_record_that_is_missing_leaves_it_open(certificate, folder):
+def test_missing_decision_record_is_unchecked(certificate, folder):
     (folder / "decision-2.json").unlink()
-    verification = checked(certificate, folder)
+    verification = verification_of(certificate, folder)
     assert not verification.differences
     assert not verification.held
     assert verification.unchecked[0].startswith("decision-2.json is not beside the run")
 
 
-def test_a_record_that_cannot_be_read_is_a_difference(certificate, folder):
+def test_unreadable_decision_record_is_a_difference(certificate, folder):
     (folder / "decision-2.json").write_text("{}", "utf-8")
-    assert "is not a decision that can be read" in checked(certificate, folder).differences[0]
+    assert (
+        "is not a decision that can be read" in verification_of(certificate, folder).differences[0]
+    )
 
 
-def test_a_decision_that_the_certificate_leaves_out_is_a_difference(certificate, folder):
-    silent = certificate.conformity.model_copy(update={"decided_again": ()})
-    other = certificate.model_copy(update={"conformity": silent})
-    (difference,) = checked(other, folder).differences
+def test_decision_omitted_by_the_certificate_is_a_difference(certificate, folder):
+    without_decision = certificate.conformity.model_copy(update={"decided_again": ()})
+    without_record = certificate.model_copy(update={"conformity": without_decision})
+    (difference,) = verification_of(without_record, folder).differences
     assert "decision-2.json of 2026-11-22T09:00:00.000Z decides 'fail'" in difference
 
 
-def test_a_decision_after_the_issue_is_told_and_no_difference(certificate, folder):
-    silent = certificate.conformity.model_copy(update={"decided_again": ()})
-    issued = {"conformity": silent, "issued_utc": "2026-11-22T08:59:59.000Z"}
-    verification = checked(certificate.model_copy(update=issued), folder)
+def test_decision_after_the_issue_is_only_reported(certificate, folder):
+    without_decision = certificate.conformity.model_copy(update={"decided_again": ()})
+    issued = {"conformity": without_decision, "issued_utc": "2026-11-22T08:59:59.000Z"}
+    verification = verification_of(certificate.model_copy(update=issued), folder)
     assert verification.matches
     assert "decided again after this certificate was issued: 'fail' by A. Person" in "".join(
         verification.information
@@ -136,7 +141,7 @@ def test_a_decision_after_the_issue_is_told_and_no_difference(certificate, folde
 
 
 @pytest.mark.thorough
-def test_an_amendment_states_the_decision_in_force(certified, certificate):
+def test_amendment_states_the_decision_in_force(certified, certificate):
     silent = certificate.conformity.model_copy(
         update={"decided_again": (), "verdict": "pass", "rule": "guard_band_u"}
     )
@@ -152,47 +157,47 @@ def test_an_amendment_states_the_decision_in_force(certified, certificate):
         software={},
         amends=amendment_of(original, "ab" * 32, "the drawing was changed", "A. Nother"),
     )
-    further = amended(original, {}, letterhead, issue, decided)
-    assert further.conformity == certificate.conformity
-    changed = {change.field: (change.before, change.after) for change in further.amends.changes}
-    assert changed == {
+    amendment = amended(original, {}, letterhead, issue, decided)
+    assert amendment.conformity == certificate.conformity
+    changes = {change.field: (change.before, change.after) for change in amendment.amends.changes}
+    assert changes == {
         "conformity.verdict": ("pass", "fail"),
         "conformity.rule": ("guard_band_u", "simple"),
     }
     older = certificate.evidence.model_copy(update={"revisions": {"analysis": 99}})
-    by_older = original.model_copy(update={"evidence": older})
+    by_older_analysis = original.model_copy(update={"evidence": older})
     with pytest.raises(DataError, match=r"analysis has revision \d+, .* is by revision 99"):
-        _conformity_in_force(by_older, loaded, load_registry())
+        _conformity_in_force(by_older_analysis, loaded, load_registry())
     run = certificate.evidence.run.model_copy(update={"run_id": "another"})
     evidence = certificate.evidence.model_copy(update={"run": run})
-    of_other = certificate.model_copy(update={"evidence": evidence})
+    of_other_run = certificate.model_copy(update={"evidence": evidence})
     with pytest.raises(DataError, match="is not the run of"):
-        _conformity_in_force(of_other, loaded, load_registry())
+        _conformity_in_force(of_other_run, loaded, load_registry())
     with pytest.raises(UsageError, match="already states the decision in force"):
         amended(certificate, {}, letterhead, issue, decided)
 
 
-def test_raw_peaks_and_cycles_are_those_of_the_report(certificate, folder):
-    recorded = read(folder).result_document["points"]
-    for point, known in zip(certificate.results.points, recorded, strict=True):
-        assert point.raw_nm == pytest.approx(known["raw_peak"]["mean"]["value"])
+def test_raw_peaks_and_cycles_equal_those_of_the_report(certificate, folder):
+    recorded_points = read(folder).result_document["points"]
+    for point, recorded in zip(certificate.results.points, recorded_points, strict=True):
+        assert point.raw_nm == pytest.approx(recorded["raw_peak"]["mean"]["value"])
         used = point.cycles - point.cycles_rejected
-        assert used == known["waveform"]["cycles_kept"], "the primary method takes whole swings"
+        assert used == recorded["waveform"]["cycles_kept"], "the primary method uses whole swings"
 
 
-def test_a_figure_that_is_drawn_otherwise_is_not_proven(certified, tmp_path):
+def test_changed_figure_is_unproven_and_changed_text_a_difference(certified, tmp_path):
     page = next(path for path in certified[1].files if path.suffix == ".html")
     content = unsealed(page.read_bytes(), ".html")
     figure = rb'(?<=<img src="data:image/svg\+xml;base64,)[^"]+'
-    drawn, count = re.subn(figure, b"PHN2Zy8+", content)
+    redrawn, count = re.subn(figure, b"PHN2Zy8+", content)
     assert count == 1
     forged = content.replace(b" Hz: 0.", b" Hz: 1.", 1)
     assert forged != content
     letterhead = page.parent.parent / "letterhead"
-    for shown, differences, unproven in ((content, 0, 0), (drawn, 0, 1), (forged, 1, 0)):
+    for shown_content, differences, unproven in ((content, 0, 0), (redrawn, 0, 1), (forged, 1, 0)):
         verification = Verification()
         maker = page_maker(verification, certified[1].certificate, load_registry(), letterhead)
-        form = Form(tmp_path / page.name, seal(shown, ".html"))
+        form = Form(tmp_path / page.name, seal(shown_content, ".html"))
         check_page(verification, form, maker, signed=False)
         counts = (len(verification.differences), len(verification.unproven))
         assert counts == (differences, unproven), verification

@@ -1,4 +1,4 @@
-"""A run as one file: it comes back byte by byte, and what does not match is refused."""
+"""A run as one file: it round-trips byte by byte, and a mismatch is refused."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ def files(folder):
     return {path.relative_to(folder).as_posix(): path.read_bytes() for path in paths}
 
 
-def test_a_run_comes_back_byte_by_byte(run, packed, tmp_path):
+def test_packed_run_round_trips_byte_by_byte(run, packed, tmp_path):
     unpacked = unpack(packed, tmp_path / "there")
     assert unpacked == tmp_path / "there" / run.name
     assert files(unpacked) == files(run)
@@ -51,14 +51,14 @@ def test_a_run_comes_back_byte_by_byte(run, packed, tmp_path):
     assert [path.name for path in (tmp_path / "there").iterdir()] == [run.name]
 
 
-def test_the_same_run_gives_the_same_bytes(run, packed, tmp_path):
+def test_packing_is_reproducible(run, packed, tmp_path):
     os.utime(run / "result.json", ns=(10**18, 10**18))
     pack(run, tmp_path / "again.zip")
     assert (tmp_path / "again.zip").read_bytes() == packed.read_bytes()
 
 
-def test_its_list_can_be_checked_without_this_program(run, packed):
-    import hashlib  # noqa: PLC0415  (as a stranger would)
+def test_list_can_be_checked_with_the_standard_library(run, packed):
+    import hashlib  # noqa: PLC0415  (as a third party would)
 
     with ZipFile(packed) as file:
         listing = json.loads(file.read("rigrunner-packed-run.json"))
@@ -69,29 +69,29 @@ def test_its_list_can_be_checked_without_this_program(run, packed):
     assert [entry["name"] for entry in listing["files"]] == sorted(files(run))
 
 
-def test_a_run_that_is_there_and_a_file_that_is_there_are_kept(run, packed):
+def test_existing_run_and_file_are_not_overwritten(run, packed):
     with pytest.raises(UsageError, match="exists"):
         unpack(packed, run.parent)
     with pytest.raises(UsageError, match="exists"):
         pack(run, packed)
 
 
-def test_a_file_that_changes_meanwhile_is_told_and_leaves_nothing(run, tmp_path, monkeypatch):
+def test_file_changed_while_packing_is_refused(run, tmp_path, monkeypatch):
     folder = shutil.copytree(run, tmp_path / "runs" / run.name)
 
-    def listed(*given):
-        listed_files = list(_packed_files(*given))
+    def change_after_listing(*arguments):
+        listed_files = list(_packed_files(*arguments))
         (folder / "result.json").write_text("[]\n")  # as long as before
         return listed_files
 
-    monkeypatch.setattr("rigrunner.documents.packing.pack._packed_files", listed)
+    monkeypatch.setattr("rigrunner.documents.packing.pack._packed_files", change_after_listing)
     with pytest.raises(DataError, match=r"result\.json was changed meanwhile"):
         pack(folder, tmp_path / "packed.zip")
     assert [path.name for path in tmp_path.iterdir()] == ["runs"]
 
 
-def test_hidden_files_are_left_out(run, tmp_path):
-    """A file manager leaves them, and commands can be in them: `unpack` takes none."""
+def test_hidden_files_are_not_packed(run, tmp_path):
+    """File managers leave them, and they may contain commands: `unpack` refuses them."""
     copy = shutil.copytree(run, tmp_path / run.name)
     (copy / ".DS_Store").touch()
     (copy / ".git").mkdir()
@@ -100,7 +100,7 @@ def test_hidden_files_are_left_out(run, tmp_path):
     assert names == sorted(files(run))
 
 
-def test_a_run_that_is_not_sealed_or_not_whole_is_not_packed(run, tmp_path):
+def test_unsealed_or_damaged_run_is_not_packed(run, tmp_path):
     (tmp_path / "loose").mkdir()
     write_run(tmp_path / "loose", [recording()])
     with pytest.raises(DataError, match="is not sealed"):
@@ -120,7 +120,7 @@ def test_a_run_that_is_not_sealed_or_not_whole_is_not_packed(run, tmp_path):
 
 
 def repacked(packed, target, change, *, kind=ZIP_STORED):
-    """Write the members again, after `change(names and contents)`, with a list of their digests."""
+    """Write the members of a packed run to another file, after `change(contents by name)`."""
     with ZipFile(packed) as file:
         members = {name: file.read(name) for name in file.namelist()}
     change(members)
@@ -130,7 +130,7 @@ def repacked(packed, target, change, *, kind=ZIP_STORED):
     return target
 
 
-def listing(members, **changes):
+def change_listing(members, **changes):
     content = json.loads(members[LISTING]) | changes
     members[LISTING] = json.dumps(content).encode()
     return content
@@ -156,7 +156,7 @@ def flip(members):
 
 
 def flip_with_digest(members):
-    """Change the run file, and the list so that it fits: only its own manifest tells."""
+    """Change the run file and its entry in the list: only its own manifest can detect it."""
     import hashlib  # noqa: PLC0415  (here alone)
 
     name = next(name for name in members if name.endswith("run.h5"))
@@ -176,46 +176,46 @@ def flip_with_digest(members):
         (rename_file("/etc/evil"), "leads out of the folder"),
         (rename_file("C:evil"), "leads out of the folder"),
         (rename_file("a\\b"), "leads out of the folder"),
-        (lambda members: listing(members, folder=".."), "leads out of the folder"),
-        (lambda members: listing(members, folder="a/b"), "leads out of the folder"),
-        (lambda members: listing(members, folder=".git"), "leads out of the folder"),
+        (lambda members: change_listing(members, folder=".."), "leads out of the folder"),
+        (lambda members: change_listing(members, folder="a/b"), "leads out of the folder"),
+        (lambda members: change_listing(members, folder=".git"), "leads out of the folder"),
         (rename_file(".vscode/tasks.json"), "leads out of the folder"),
         (
-            lambda members: listing(members, folder="other"),
+            lambda members: change_listing(members, folder="other"),
             "does not contain the files in its list",
         ),
-        (lambda members: listing(members, run="other"), "of another run"),
-        (lambda members: listing(members, digest_sha256="0" * 64), "of another run"),
-        (lambda members: listing(members, format="rigrunner: packed run/2"), "format"),
+        (lambda members: change_listing(members, run="other"), "of another run"),
+        (lambda members: change_listing(members, digest_sha256="0" * 64), "of another run"),
+        (lambda members: change_listing(members, format="rigrunner: packed run/2"), "format"),
         (lambda members: members.update(extra=b""), "does not contain the files in its list"),
         (lambda members: members.pop(LISTING), "not a packed run"),
         (flip, "does not match its SHA-256"),
         (flip_with_digest, "run.h5"),
     ],
 )
-def test_what_does_not_match_is_refused_and_leaves_nothing(packed, tmp_path, change, words):
-    odd = repacked(packed, tmp_path / "odd.zip", change)
+def test_mismatching_package_is_refused_and_leaves_no_file(packed, tmp_path, change, words):
+    changed = repacked(packed, tmp_path / "odd.zip", change)
     with pytest.raises(DataError, match=words):
-        unpack(odd, tmp_path / "runs" / "deep")
-    left = [path for path in (tmp_path / "runs").rglob("*") if path.is_file()]
-    assert left == []
+        unpack(changed, tmp_path / "runs" / "deep")
+    remaining = [path for path in (tmp_path / "runs").rglob("*") if path.is_file()]
+    assert remaining == []
 
 
-def test_nothing_is_read_only_that_may_have_to_be_removed_again(packed, tmp_path, monkeypatch):
-    """Windows does not remove it; here the moment is looked at in which it may become needed."""
-    seen = []
+def test_files_stay_writable_until_they_are_verified(packed, tmp_path, monkeypatch):
+    """Windows does not remove read-only files; this checks their mode when verification fails."""
+    modes = []
 
-    def differs(_packed, _contents, file):
-        seen.append(file.stat().st_mode & stat.S_IWUSR)
+    def record_mode(_packed, _contents, file):
+        modes.append(file.stat().st_mode & stat.S_IWUSR)
         raise DataError("it is not the same")
 
-    monkeypatch.setattr("rigrunner.documents.packing.unpack._require_same", differs)
+    monkeypatch.setattr("rigrunner.documents.packing.unpack._require_same", record_mode)
     with pytest.raises(DataError):
         unpack(packed, tmp_path / "runs")
-    assert seen == [stat.S_IWUSR]
+    assert modes == [stat.S_IWUSR]
 
 
-def test_a_bomb_is_refused_before_anything_is_taken_out(packed, tmp_path):
+def test_compressed_package_is_refused_before_extraction(packed, tmp_path):
     bomb = repacked(packed, tmp_path / "bomb.zip", lambda _: None, kind=ZIP_DEFLATED)
     with pytest.raises(DataError, match="is compressed"):
         unpack(bomb, tmp_path / "runs")
@@ -224,9 +224,7 @@ def test_a_bomb_is_refused_before_anything_is_taken_out(packed, tmp_path):
 
 @settings(max_examples=examples(60), suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(change=st.tuples(st.floats(0, 1, exclude_max=True), st.integers(0, 7), st.booleans()))
-def test_one_flipped_bit_or_a_cut_gives_the_same_run_or_an_error(
-    run, packed, tmp_path_factory, change
-):
+def test_flipped_bit_or_cut_gives_the_same_run_or_an_error(run, packed, tmp_path_factory, change):
     (place, bit, cut), content = change, bytearray(packed.read_bytes())
     at = int(place * len(content))
     content[at] ^= 1 << bit
@@ -241,7 +239,7 @@ def test_one_flipped_bit_or_a_cut_gives_the_same_run_or_an_error(
 
 
 @pytest.mark.parametrize("name", ["run.h5", "a/b.json", "Prüfung 1.pdf", "a.b/c"])
-def test_names_that_are_taken(name):
+def test_safe_names_are_accepted(name):
     assert is_safe(name)
 
 
@@ -254,30 +252,30 @@ def test_names_that_are_taken(name):
         *("a\x9bb", "a\N{RIGHT-TO-LEFT OVERRIDE}b"),
     ],
 )
-def test_names_that_lead_elsewhere_or_are_none_everywhere(name):
+def test_unsafe_names_are_refused(name):
     assert not is_safe(name)
 
 
 @given(st.binary(max_size=200))
-def test_a_list_that_is_none(text):
+def test_invalid_list_is_a_data_error(text):
     with pytest.raises(DataError):
         parse_contents(text)
 
 
-def test_the_commands(run, tmp_path, monkeypatch):
+def test_pack_and_unpack_commands(run, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    called = call("pack", run)
-    assert called.code == 0, called.err
-    assert called.out.startswith(f"{run.name}.zip: 3 files, ")
-    called = call("unpack", f"{run.name}.zip")
-    assert (called.code, called.out) == (0, f"runs/{run.name}\n")
+    result = call("pack", run)
+    assert result.code == 0, result.err
+    assert result.out.startswith(f"{run.name}.zip: 3 files, ")
+    result = call("unpack", f"{run.name}.zip")
+    assert (result.code, result.out) == (0, f"runs/{run.name}\n")
     for words, code, message in (
         (["unpack", f"{run.name}.zip"], 2, "exists"),
         (["unpack", "none.zip"], 2, "there is no none.zip"),
         (["unpack", run / "result.json"], 5, "is not a packed run"),
         (["pack", "none"], 2, "there is no run 'none'"),
     ):
-        called = call(*words)
-        assert called.code == code
-        assert message in called.err
-        assert "Traceback" not in called.err
+        result = call(*words)
+        assert result.code == code
+        assert message in result.err
+        assert "Traceback" not in result.err

@@ -10,7 +10,7 @@ import pytest
 
 @contextmanager
 def two_workers(workers=2):
-    """Give a scheduler with so many worker processes; the dead are not asked for long."""
+    """Run a scheduler with worker processes; dead ones are given up after a short time-out."""
     dask, distributed = pytest.importorskip("dask"), pytest.importorskip("distributed")
     patience = {"distributed.comm.timeouts.connect": "2s"}
     with (
@@ -24,12 +24,12 @@ def two_workers(workers=2):
     ):
         yield cluster
         if workers and cluster.status is distributed.Status.running:
-            with suppress(TimeoutError):  # or closing fails while one is begun again
+            with suppress(TimeoutError):  # or closing fails while a worker restarts
                 cluster.wait_for_workers(workers, timeout=60)
 
 
 def busy_pid(address):
-    """Return the process id of a worker that is at an item just now."""
+    """Return the process id of a worker that is processing an item."""
     import distributed  # noqa: PLC0415  (an extra)
 
     with distributed.Client(address, set_as_default=False) as client:

@@ -1,4 +1,4 @@
-"""Tasks for other processes, which import them from here."""
+"""Tasks that worker processes import."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Squares:
-    """Squares numbers, and leaves a mark of each in a folder; what fails is named."""
+    """Squares numbers, leaves a mark of each attempt in a folder, and fails for the given ones."""
 
     folder: Path
     refuses: tuple[int, ...] = ()
@@ -25,18 +25,18 @@ class Squares:
     dies_once: tuple[int, ...] = ()
 
     def __call__(self, number: int) -> int:
-        before = len(list(self.folder.glob(f"{number}-*")))
+        attempts = len(list(self.folder.glob(f"{number}-*")))
         (self.folder / f"{number}-{os.getpid()}-{time.monotonic_ns()}").touch()
         if number in self.refuses:
             raise DataError(f"{number} is refused", hint="take another")
         if number in self.breaks:
             raise ZeroDivisionError(number)
-        if number in self.dies or (number in self.dies_once and not before):
+        if number in self.dies or (number in self.dies_once and not attempts):
             os.kill(os.getpid(), signal.SIGKILL)
         return number**2
 
     def attempts(self) -> list[int]:
-        """Return the numbers that were begun, as often as they were."""
+        """Return the numbers that were begun, once for each attempt."""
         return sorted(int(mark.name.split("-")[0]) for mark in self.folder.iterdir())
 
 

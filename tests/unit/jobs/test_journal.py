@@ -1,4 +1,4 @@
-"""What is done survives a kill at any byte, and is never taken for other work."""
+"""The journal of finished items survives a kill at any byte, and is bound to its task."""
 
 from __future__ import annotations
 
@@ -20,27 +20,27 @@ def stored(path, task=OF):
         return dict(finished._values)
 
 
-def test_what_is_added_is_there_when_it_is_opened_again(tmp_path):
+def test_added_items_are_there_after_reopening(tmp_path):
     path = tmp_path / "new folder" / "done.jsonl"
     with journal(path, OF) as finished:
         finished.add("a", {"x": pi})
         finished.add("ü\n", [1, None, inf])
         assert "a" in finished
         assert len(finished) == 2
-    with journal(path, OF) as again:
-        assert again["a"] == {"x": pi}
-        assert again["ü\n"] == [1, None, inf]
-        assert "b" not in again
+    with journal(path, OF) as reopened:
+        assert reopened["a"] == {"x": pi}
+        assert reopened["ü\n"] == [1, None, inf]
+        assert "b" not in reopened
 
 
-def test_a_line_is_on_disk_as_soon_as_it_is_added(tmp_path):
+def test_added_line_is_on_disk_at_once(tmp_path):
     path = tmp_path / "done.jsonl"
-    with journal(path, OF) as begun:
-        begun.add("a", 1)
+    with journal(path, OF) as finished:
+        finished.add("a", 1)
         assert json.loads(path.read_text().splitlines()[-1]) == ["a", 1]
 
 
-def test_a_disk_that_takes_a_part_of_a_line_is_told(tmp_path, monkeypatch):
+def test_partly_written_line_is_an_error(tmp_path, monkeypatch):
     class Full:
         def __init__(self, file):
             self._file = file
@@ -49,32 +49,32 @@ def test_a_disk_that_takes_a_part_of_a_line_is_told(tmp_path, monkeypatch):
             return self._file.write(text[:5])
 
     path = tmp_path / "done.jsonl"
-    with journal(path, OF) as begun:
-        begun.add("a", 1)
-        monkeypatch.setattr(begun, "_file", Full(begun._file))
+    with journal(path, OF) as finished:
+        finished.add("a", 1)
+        monkeypatch.setattr(finished, "_file", Full(finished._file))
         with pytest.raises(DataError, match="No space left"):
-            begun.add("b", 2)
-        assert "b" not in begun
+            finished.add("b", 2)
+        assert "b" not in finished
     assert stored(path) == {"a": 1}
 
 
 @given(cut=st.integers(0, 200), values=st.lists(st.floats(allow_nan=False), max_size=4))
-def test_a_kill_at_any_byte_loses_the_last_line_alone(cut, values, tmp_path_factory):
+def test_kill_at_any_byte_loses_only_the_last_line(cut, values, tmp_path_factory):
     path = tmp_path_factory.mktemp("kill") / "done.jsonl"
-    with journal(path, OF) as begun:
+    with journal(path, OF) as finished:
         for number, value in enumerate(values):
-            begun.add(str(number), value)
+            finished.add(str(number), value)
     text = path.read_bytes()
     path.write_bytes(text[:cut])
     complete = max(text[:cut].count(b"\n") - 1, 0)
     expected = {str(number): value for number, value in enumerate(values[:complete])}
     assert stored(path) == expected
-    with journal(path, OF) as going_on:
-        going_on.add("further", 1)
+    with journal(path, OF) as reopened:
+        reopened.add("further", 1)
     assert stored(path) == {**expected, "further": 1}
 
 
-def test_other_work_is_refused(tmp_path):
+def test_journal_of_another_task_is_refused(tmp_path):
     path = tmp_path / "done.jsonl"
     stored(path)
     with (
@@ -98,7 +98,7 @@ def test_other_work_is_refused(tmp_path):
         "a,b",
     ],
 )
-def test_what_is_no_journal_is_refused_and_stays_as_it_was(text, tmp_path):
+def test_file_that_is_no_journal_is_refused_unchanged(text, tmp_path):
     path = tmp_path / "done.jsonl"
     path.write_text(text)
     with pytest.raises((DataError, UsageError)):
@@ -106,19 +106,19 @@ def test_what_is_no_journal_is_refused_and_stays_as_it_was(text, tmp_path):
     assert path.read_text() == text
 
 
-def test_one_process_at_a_time(tmp_path):
+def test_journal_is_locked(tmp_path):
     path = tmp_path / "done.jsonl"
     with journal(path, OF), pytest.raises(UsageError, match="in use"), journal(path, OF):
         pass
 
 
-def test_where_nothing_can_be_written(tmp_path):
+def test_journal_that_cannot_be_written_is_a_data_error(tmp_path):
     (tmp_path / "file").touch()
     with pytest.raises(DataError, match="cannot write"):
         stored(tmp_path / "file" / "done.jsonl")
 
 
-def test_what_is_not_needed_any_more(tmp_path):
+def test_discard_removes_the_journal_and_may_be_repeated(tmp_path):
     path = tmp_path / "done.jsonl"
     stored(path)
     discard(path)

@@ -1,4 +1,4 @@
-"""The mutation tool on a toy: what a test notices, what none does, and what is left behind."""
+"""The mutation tool on a toy project."""
 
 from __future__ import annotations
 
@@ -67,7 +67,7 @@ def run_tool(project, *options):
 
 @pytest.mark.thorough
 @pytest.mark.skipif(not hasattr(os, "fork"), reason="the tool forks")
-def test_it_says_which_changes_no_test_notices_and_leaves_the_sources_alone(project):
+def test_surviving_mutants_are_listed_and_sources_unchanged(project):
     equivalent = """
 [[mutant]]
 file = "src/toy.py"
@@ -99,7 +99,7 @@ why = "nobody calls it"
     ]  # fmt: skip
 
 
-def test_a_seed_gives_the_same_mutants_and_another_one_others(project):
+def test_seed_determines_the_sample_of_mutants(project):
     source = project / "src" / "toy.py"
     chosen = [sample(project, [source], 5, seed) for seed in (18, 18, 19)]
     assert chosen[0] == chosen[1] != chosen[2]
@@ -113,7 +113,7 @@ def test_every_listed_equivalent_mutant_exists():
         assert entry["change"] in {mutant.change for mutant in mutants}, entry
 
 
-def test_what_decides_nothing_is_left_alone(project):
+def test_code_without_effect_is_not_mutated(project):
     source = project / "src" / "toy.py"
     source.write_text(
         '"""Text."""\n'
@@ -127,8 +127,8 @@ def test_what_decides_nothing_is_left_alone(project):
 
 
 @pytest.mark.skipif(not hasattr(os, "fork"), reason="the tool forks")
-def test_each_user_of_a_shared_fixture_has_the_time_that_it_takes(project):
-    """For a mutant any of them may be the first: it must not be taken for one that hangs."""
+def test_every_user_of_a_shared_fixture_is_charged_its_time(project):
+    """Any of them may run first with a mutant, and must not count as hanging."""
     shared = """
 import time
 import pytest

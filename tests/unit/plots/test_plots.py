@@ -1,4 +1,4 @@
-"""The one home that draws figures."""
+"""Drawing of figures."""
 
 from __future__ import annotations
 
@@ -46,11 +46,11 @@ def legend_of(shown):
     return {text.get_text() for text in legend.get_texts()}
 
 
-def test_what_has_a_name_is_in_the_legend():
+def test_named_series_and_marks_are_in_the_legend():
     assert legend_of(EVERY_KIND) == {*"abcdefgh", "limit", "not passed"}
 
 
-def test_a_plot_is_shown_by_a_notebook_and_saved(tmp_path):
+def test_plot_is_shown_in_a_notebook_and_saved(tmp_path):
     plot = draw(EVERY_KIND)
     assert ET.fromstring(plot._repr_svg_()).tag.endswith("svg")  # noqa: S314  (our own figure)
     for name in ("a.svg", "a.png", "a.pdf"):
@@ -60,7 +60,7 @@ def test_a_plot_is_shown_by_a_notebook_and_saved(tmp_path):
         plot.save(tmp_path / "a.nothing")
 
 
-def test_the_users_own_matplotlib_settings_change_nothing_and_stay():
+def test_user_settings_of_matplotlib_are_ignored_and_restored():
     plain = draw(EVERY_KIND).svg
     with mpl.rc_context({"font.size": 30, "axes.facecolor": "red", "svg.fonttype": "none"}):
         user_settings = dict(mpl.rcParams)
@@ -68,12 +68,12 @@ def test_the_users_own_matplotlib_settings_change_nothing_and_stay():
         assert dict(mpl.rcParams) == user_settings
 
 
-def test_a_drawing_carries_no_date():
+def test_svg_has_no_date():
     assert b"dc:date" not in draw(EVERY_KIND).svg
 
 
-def test_a_drawing_is_what_matplotlib_saves():
-    """Drawing once instead of twice is quicker, and changes no byte."""
+def test_svg_equals_that_of_savefig():
+    """`draw` lays a figure out once instead of twice, and gives the same bytes."""
     with style.context(["default", STYLE]):
         figure = Canvas(figsize=(WIDTH_IN, height_in(EVERY_KIND)), layout="constrained")
         paint(figure, EVERY_KIND)
@@ -81,28 +81,28 @@ def test_a_drawing_is_what_matplotlib_saves():
     assert draw(EVERY_KIND).svg == buffer.getvalue()
 
 
-def test_series_of_one_name_look_alike_in_all_panels():
+def test_series_of_the_same_name_look_alike_in_all_panels():
     a, b = (Series.over([1, 2], [1, 2], name, "line") for name in "ab")
     panels = (Figure("", X, Y, (a, b)), Figure("", X, Y, (b,)))
     first, second = axes_of(Picture("", "", panels, in_a_row=True))
     assert second.lines[0].get_color() == first.lines[1].get_color() != first.lines[0].get_color()
 
 
-def test_series_can_be_told_apart_without_colour():
+def test_series_can_be_distinguished_without_colour():
     assert len({(line.dashes, line.marker) for line in LINES}) == len(LINES)
 
 
-def test_limits_that_follow_x_are_lines_and_others_go_across():
-    def at(*limits):
+def test_constant_limits_span_the_axis_and_others_follow_x():
+    def lines_of(*limits):
         return list(limit_lines(Point(x, 0.0, lower=0.0, upper=end) for x, end in limits))
 
-    assert at((1, 5.0), (2, 5.0)) == [([], [0.0]), ([], [5.0])]
-    assert at((2, 6.0), (1, 5.0)) == [([], [0.0]), ([1, 2], [5.0, 6.0])]
-    assert at((1, None), (2, float("inf"))) == [([], [0.0])]
+    assert lines_of((1, 5.0), (2, 5.0)) == [([], [0.0]), ([], [5.0])]
+    assert lines_of((2, 6.0), (1, 5.0)) == [([], [0.0]), ([1, 2], [5.0, 6.0])]
+    assert lines_of((1, None), (2, float("inf"))) == [([], [0.0])]
 
 
-def test_a_limit_of_some_points_alone_is_a_short_line_at_each():
-    """A limit at 32 and one at 212 say nothing of 70: no line joins them."""
+def test_limit_of_some_points_is_a_short_line_at_each():
+    """Limits at 32 and 212 do not apply at 70: no line connects them."""
     limits = {32.0: (99.8, 100.2), 70.0: (None, None), 212.0: (None, 200.0)}
     points = [Point(x, 100.0, lower=low, upper=high) for x, (low, high) in limits.items()]
     assert list(limit_lines(points)) == [
@@ -112,18 +112,18 @@ def test_a_limit_of_some_points_alone_is_a_short_line_at_each():
     ]
 
 
-def test_a_limit_of_all_points_goes_across_beside_a_series_without_any():
+def test_limit_of_all_points_spans_the_axis_beside_a_series_without_limits():
     limited = Series("R", (Point(1.0, 2.0, upper=3.0), Point(2.0, 2.5, upper=3.0)))
     (axes,) = axes_of(picture(limited, Series.over([1.0, 1.5, 2.0], [2, 2, 2], "fit", "line")))
     assert any(set(line.get_ydata()) == {3.0} and line.get_xdata()[0] == 0 for line in axes.lines)
 
 
-def test_an_axis_ends_where_it_is_told_to():
+def test_axis_has_the_given_ends():
     (axes,) = axes_of(picture(Series.over([1, 2], [3, 4]), x=Axis("x", low=0.0, high=10.0)))
     assert axes.get_xlim() == (0.0, 10.0)
 
 
-def test_a_bar_of_uncertainty_is_not_cut_off():
+def test_uncertainty_bars_are_within_the_axis():
     (axes,) = axes_of(picture(Series.over([1, 2], [3, 4], U=[0.5, 2.0])))
     low, high = axes.get_ylim()
     assert low < 2.0
@@ -131,11 +131,11 @@ def test_a_bar_of_uncertainty_is_not_cut_off():
 
 
 @pytest.mark.parametrize("unit", ["V/A", "m·s"])
-def test_a_compound_unit_is_in_brackets(unit):
+def test_compound_unit_is_in_brackets(unit):
     assert str(Axis("q", unit)) == (f"q / ({unit})" if "/" in unit else f"q / {unit}")
 
 
-def test_numbers_have_the_decimal_sign_of_the_document():
+def test_ticks_have_the_decimal_sign_of_the_document():
     (axes,) = axes_of(picture(Series.over([0.5, 1.5], [-0.5, 0.5]), decimal=","))
     texts = [label.get_text() for label in axes.get_yticklabels()]
     assert any("," in text for text in texts)
@@ -153,7 +153,7 @@ def test_time_is_shown_as_dates():
     ("count", "name", "shown"),
     [(12, "35 Hz", 12), (16, "35 Hz", 16), (17, "35 Hz", 9), (200, "3.22111 Hz", 9)],
 )
-def test_names_of_places_do_not_overlap(count, name, shown):
+def test_tick_names_do_not_overlap(count, name, shown):
     x = Axis("x", ticks=tuple((place, name) for place in range(count)))
     plot = draw(picture(Series.over(range(count), np.zeros(count)), x=x))
     plot.svg  # noqa: B018  (lays it out)
@@ -162,13 +162,13 @@ def test_names_of_places_do_not_overlap(count, name, shown):
     assert all(left.x1 < right.x0 for left, right in pairwise(boxes))
 
 
-def test_a_series_of_columns_of_other_lengths_is_refused():
+def test_series_of_unequal_columns_is_refused():
     with pytest.raises(ValueError, match="shorter"):
         Series.over([1, 2], [1, 2], U=[0.1])
 
 
 @pytest.mark.parametrize("longest", [5, 25, 60, 100])
-def test_a_legend_is_not_cut_off(longest):
+def test_legend_is_within_the_figure(longest):
     names = ["n" * longest, *("m" * 15 for _ in "ab"), "a", "b"]
     plot = draw(picture(*(Series.over([1], [1], f"{i}{n}") for i, n in enumerate(names))))
     plot.svg  # noqa: B018  (lays it out)

@@ -1,4 +1,4 @@
-"""A device that keeps to everything, and one broken in one way for each check of the kit."""
+"""A conforming device, and for each check of the kit a device that fails it."""
 
 from __future__ import annotations
 
@@ -26,18 +26,18 @@ RATE_HZ, BLOCK = 1000.0, 50
 
 
 class PressSettings(Settings):
-    """What a station may say of the press."""
+    """The settings of the press in a station."""
 
     capacity: Force = 1000.0
-    """The highest load."""
+    """The maximum load."""
     seed: int = 0
-    """Of its noise."""
+    """The seed of its noise."""
     simulate: Literal["ready", "unplugged"] = "ready"
-    """Whether somebody answers."""
+    """Whether the press answers."""
 
 
 class Press(Driver):
-    """A press that is simulated, every exchange of it over the wire; it keeps to everything."""
+    """A simulated press with every exchange over the wire; it passes all checks."""
 
     non_blocking = True
     errors = {ValueError: DeviceRejectedError}  # noqa: RUF012  (Driver's way)
@@ -128,16 +128,16 @@ class TakesAnyKey(PressSettings):
     model_config = ConfigDict(extra="ignore")
 
 
-class TripsOverAList(PressSettings):
+class CrashesOnAList(PressSettings):
     seed: Annotated[int, BeforeValidator(lambda value: value.bit_length() and value)] = 0
-    """Of its noise."""
+    """The seed of its noise."""
 
 
 class TakesABareNumber(PressSettings):
     capacity: Annotated[
         Force, BeforeValidator(lambda value: f"{value} N" if isinstance(value, float) else value)
     ] = 1000.0
-    """The highest load."""
+    """The maximum load."""
 
 
 class TakesNoContext(Press):
@@ -145,14 +145,14 @@ class TakesNoContext(Press):
         super().__init__(settings, None)
 
 
-class BindsAtOnce(Press):
+class OpensAPortWhenMade(Press):
     def __init__(self, settings, context):
         super().__init__(settings, context)
         with socket.socket() as port:
             port.bind(("127.0.0.1", 0))
 
 
-class Nameless(Press):
+class WithoutMaker(Press):
     def open(self, timeout_s):
         super().open(timeout_s)
         return Identity("", "press", "7", simulated=True)
@@ -162,7 +162,7 @@ class NeverGivesUp(Press):
     def open(self, timeout_s):
         if self.settings.simulate == "unplugged":
             time.sleep(2.1 * (not self.streams))
-            self.streams = 1  # the first time is enough
+            self.streams = 1  # once is enough
         return super().open(timeout_s)
 
 
@@ -175,7 +175,7 @@ class ClosesOnce(Press):
     port = True
 
     def shut(self):
-        del self.port  # the second time there is none
+        del self.port  # fails the second time
 
     def open(self, timeout_s):
         self.port = True
@@ -194,7 +194,7 @@ class InKilonewtons(Press):
         self.channels = (ChannelInfo("load", "kN", "Load"), *self.channels[1:])
 
 
-class ReadsNothing(Press):
+class ReadsNan(Press):
     def get(self, channel):
         super().get(channel)
         return float("nan")
@@ -214,39 +214,39 @@ class BlocksWhenBegun(Press):
         super().put(drive, value)
 
 
-class GoesBeyond(Press):
+class ClampsAtTheMaximum(Press):
     def begin(self, drive, value):
         if value > self._drives[drive].maximum:
             self.put(drive, self._drives[drive].maximum)
         super().begin(drive, value)
 
 
-class NamesNothing(Press):
+class RefusesWithoutTheName(Press):
     def check_channels(self, channels):
         self._need_connection()
         if set(channels) - set(self._channels):
             raise DeviceRejectedError("no such channel")
 
 
-class StumblesUnconnected(Press):
+class CrashesUnconnected(Press):
     def make_safe(self):
         if self._timeout_s is None:
             raise AttributeError("'NoneType' object has no attribute 'write'")
         return super().make_safe()
 
 
-class SaysSoOnly(Press):
+class ReportsSafeUnset(Press):
     def make_safe(self):
         self._need_connection()
         return {"load": 0.0, "frequency": 0.0}
 
 
-class GoesOnCounting(Press):
+class SkipsNumbersLater(Press):
     def block(self, channels, first, noise):
         return super().block(channels, first + 10 * self.streams, noise)
 
 
-class StuckAfterARefusal(Press):
+class StuckAfterRefusal(Press):
     stuck = False
 
     def begin(self, drive, value):
@@ -265,7 +265,7 @@ class StopsAtTheFirstBadDrive(Press):
         return {info.name: self.read_back(info.name) for info in self.drives}
 
 
-class StumblesOnceClosed(Press):
+class CrashesOnceClosed(Press):
     def make_safe(self):
         if not self._is_open:
             raise AttributeError("'NoneType' object has no attribute 'write'")
@@ -274,9 +274,9 @@ class StumblesOnceClosed(Press):
 
 class ResumesByItself(Press):
     def make_safe(self):
-        kept_frequency = self.paused_at
+        paused_at = self.paused_at
         read_back = super().make_safe()
-        self.paused_at = kept_frequency
+        self.paused_at = paused_at
         return read_back
 
 
@@ -290,18 +290,18 @@ class InSinglePrecision(Press):
         return super().block(channels, first, noise.astype(np.float32))
 
 
-class InNoTime(Press):
+class StreamsAtOnce(Press):
     def blocks(self, channels, total, _stop, number):
         noise = self.generator(number).normal(size=total)
         yield self.block(channels, 0, noise)
 
 
-class GoesOnStreaming(Press):
+class IgnoresTheStop(Press):
     def blocks(self, channels, total, _stop, number):
         return super().blocks(channels, total, threading.Event(), number)
 
 
-class StreamsOnceIfLeft(Press):
+class StopsStreamingOnceLeft(Press):
     left = 0
 
     def blocks(self, channels, total, stop, number):
@@ -311,12 +311,12 @@ class StreamsOnceIfLeft(Press):
         yield from super().blocks(channels, total, stop, number)
 
 
-class Moody(Press):
+class IgnoresItsSeed(Press):
     def generator(self, _number):
         return np.random.default_rng()
 
 
-class AlwaysTheSame(Press):
+class HasOneSeed(Press):
     def generator(self, number):
         return np.random.default_rng(number)
 
@@ -326,7 +326,7 @@ class ForgetsItsStreams(Press):
         pass
 
 
-class TellsNoNumber(Press):
+class TruthIsNan(Press):
     def truth(self):
         return {"load_n": float("nan")}
 
@@ -337,7 +337,7 @@ class Waits(Press):
         return super().get(channel)
 
 
-class PastTheWire(Press):
+class BypassesTheWire(Press):
     def exchange(self, _request, perform):
         return perform()
 
@@ -347,7 +347,7 @@ class LetsParsingErrorsOut(Press):
 
 
 class StaysLost(Press):
-    """Is given up after an earlier failure, as many a driver is."""
+    """Gives up after a failure, as many drivers do."""
 
     reconnects_after = ()
     lost = False
@@ -362,7 +362,7 @@ class StaysLost(Press):
             raise
 
 
-class SaysOneForYes(Press):
+class ReadsOneForTrue(Press):
     def get_reading(self, reading):
         return 1 if reading == "guard" else super().get_reading(reading)
 
@@ -377,54 +377,54 @@ BROKEN = {
     "help_line": {"help": ""},
     "settings_explained": {"settings": Undescribed},
     "unknown_setting_refused": {"settings": TakesAnyKey},
-    "wrong_type_refused": {"settings": TripsOverAList},
+    "wrong_type_refused": {"settings": CrashesOnAList},
     "wrong_unit_refused": {"settings": TakesABareNumber},
     "can_be_made": {"factory": TakesNoContext},
-    "construction_touches_nothing": {"factory": BindsAtOnce},
-    "connects_and_says_who_it_is": {"factory": Nameless},
+    "construction_touches_nothing": {"factory": OpensAPortWhenMade},
+    "connects_and_says_who_it_is": {"factory": WithoutMaker},
     "gives_up_in_time": {"factory": NeverGivesUp},
     "needs_a_connection": {"factory": ReadsUnconnected},
     "closes_in_every_state": {"factory": ClosesOnce},
     "gives_back_what_it_took": {"factory": LeavesAThread},
     "quantities_declared": {"factory": InKilonewtons},
-    "readings_are_true": {"factory": ReadsNothing},
-    "readings_are_told": {"factory": SaysOneForYes},
+    "readings_are_true": {"factory": ReadsNan},
+    "readings_are_told": {"factory": ReadsOneForTrue},
     "drives_go_where_they_are_set": {"factory": FallsShort},
     "drives_are_waited_for_by_asking": {"factory": BlocksWhenBegun},
-    "limits_hold": {"factory": GoesBeyond},
-    "unknown_names_refused": {"factory": NamesNothing},
-    "safe_before_connecting": {"factory": StumblesUnconnected},
-    "safe_is_confirmed": {"factory": SaysSoOnly},
-    "safe_while_streaming": {"factory": GoesOnCounting},
-    "safe_after_a_failed_call": {"factory": StuckAfterARefusal},
+    "limits_hold": {"factory": ClampsAtTheMaximum},
+    "unknown_names_refused": {"factory": RefusesWithoutTheName},
+    "safe_before_connecting": {"factory": CrashesUnconnected},
+    "safe_is_confirmed": {"factory": ReportsSafeUnset},
+    "safe_while_streaming": {"factory": SkipsNumbersLater},
+    "safe_after_a_failed_call": {"factory": StuckAfterRefusal},
     "safe_though_one_drive_fails": {"factory": StopsAtTheFirstBadDrive},
-    "safe_after_closing": {"factory": StumblesOnceClosed},
+    "safe_after_closing": {"factory": CrashesOnceClosed},
     "pauses_and_resumes": {"factory": ResumesByItself},
     "streams_are_gapless": {"factory": HasAGap},
     "blocks_are_whole": {"factory": InSinglePrecision},
-    "streams_take_their_time": {"factory": InNoTime},
-    "stops_in_time": {"factory": GoesOnStreaming},
-    "streams_may_be_left": {"factory": StreamsOnceIfLeft},
-    "same_seed_same_samples": {"factory": Moody},
-    "other_seed_other_samples": {"factory": AlwaysTheSame},
+    "streams_take_their_time": {"factory": StreamsAtOnce},
+    "stops_in_time": {"factory": IgnoresTheStop},
+    "streams_may_be_left": {"factory": StopsStreamingOnceLeft},
+    "same_seed_same_samples": {"factory": IgnoresItsSeed},
+    "other_seed_other_samples": {"factory": HasOneSeed},
     "continues_after_streams": {"factory": ForgetsItsStreams},
-    "only_a_simulator_knows_the_truth": {"factory": TellsNoNumber},
+    "only_a_simulator_knows_the_truth": {"factory": TruthIsNan},
     "non_blocking_is_true": {"factory": Waits},
-    "exchanges_go_over_the_wire": {"factory": PastTheWire},
+    "exchanges_go_over_the_wire": {"factory": BypassesTheWire},
     "only_device_errors_leave_it": {"factory": LetsParsingErrorsOut},
     "recovers_after_a_failure": {"factory": StaysLost},
     "left_safe": {"factory": CannotBeMadeSafe},
 }
-"""By check: what is changed of the record of the press."""
+"""By check: the changes of the record of the press that fail it."""
 
 
 def registry_of(kind, record):
-    """Return a registry with that one plugin."""
+    """Return a registry with a single plugin."""
     return Registry([Plugin(kind, record, Provider("zoo", "1"))])
 
 
 def press(**changes):
-    """Return the registry of a press of which the record is changed."""
+    """Return a registry with the press, with changes of its record."""
     fields = {
         "name": "press",
         "help": "A press.",

@@ -1,4 +1,4 @@
-"""Fits and rules that are each broken in one way, one for each check of the kit."""
+"""For each check of the kit, a fit or a rule that fails it."""
 
 from __future__ import annotations
 
@@ -27,22 +27,22 @@ SHIPPED = load_registry()
 
 @dataclass
 class Tampered:
-    """A curve of which some parts are replaced."""
+    """A curve with some attributes replaced."""
 
     curve: object
-    parts: dict
+    replaced: dict
 
     def __getattr__(self, name):
-        return self.parts[name] if name in self.parts else getattr(self.curve, name)
+        return self.replaced[name] if name in self.replaced else getattr(self.curve, name)
 
 
 def line(points, **settings):
-    """Return the parabola that the shipped fit gives; it keeps to everything."""
+    """Return the curve of the shipped polynomial, which passes all checks."""
     return SHIPPED.make("fit", "polynomial", settings)(points)
 
 
 def with_curve(make):
-    """Return a fit that gives what `make` makes of the good curve and the points."""
+    """Return a fit whose curve has attributes replaced by `make(curve, points)`."""
     return lambda points: Tampered(line(points), make(line(points), points))
 
 
@@ -50,15 +50,15 @@ def forgets_units(points):
     return line(replace(points, x_unit="Hz", y_unit="N·m"))
 
 
-def draws_in(points):
+def shrinks_values(points):
     return line(replace(points, y=0.99 * points.y))
 
 
-def sees_order(points):
+def depends_on_order(points):
     return line(replace(points, y=points.y + 1e-3 * np.arange(len(points.y))))
 
 
-def sees_scale(points):
+def depends_on_scale(points):
     return line(replace(points, y=points.y + 0.01))
 
 
@@ -78,26 +78,26 @@ def takes_few(points):
     return line(points)
 
 
-def turns_in_place(points):
+def reverses_in_place(points):
     points.x[:], points.y[:] = points.x[::-1].copy(), points.y[::-1].copy()
     return line(points)
 
 
 FITS = {
     "can_be_made": None,
-    "recovers_its_own_curve": draws_in,
+    "recovers_its_own_curve": shrinks_values,
     "published_examples_hold": line,
     "curve_is_whole": with_curve(lambda curve, _: {"units": [*curve.units, "N·m"]}),
     "units_are_kept": forgets_units,
     "uncertainty_is_the_scatter": with_curve(
         lambda curve, _: {"predict": lambda x: (curve.predict(x)[0], 2 * curve.predict(x)[1])}
     ),
-    "order_does_not_matter": sees_order,
-    "scale_does_not_matter": sees_scale,
+    "order_does_not_matter": depends_on_order,
+    "scale_does_not_matter": depends_on_scale,
     "never_extrapolates": extrapolates,
     "too_few_points_refused": takes_few,
     "not_a_number_refused": takes_anything,
-    "leaves_the_points_alone": turns_in_place,
+    "leaves_the_points_alone": reverses_in_place,
 }
 """By check, the fit that fails it."""
 WRONG_FIT = FitExample(
@@ -113,7 +113,7 @@ def fit_registry(fit, examples=(WRONG_FIT,)):
 
 
 def grubbs(values):
-    """Return what the shipped rule rejects, under the zoo's name; it keeps to everything."""
+    """Return the rejections of the shipped rule, which passes all checks."""
     rejections = SHIPPED.make("outlier_rule", "grubbs", {})(values)
     return [replace(rejection, rule="rule") for rejection in rejections]
 
@@ -155,7 +155,7 @@ def rule_registry(rule, examples=(WRONG_RULE,)):
 
 
 class DecisionRule:
-    """A decision rule of the zoo: its zones are what a function gives."""
+    """A decision rule with the zones of a function."""
 
     def __init__(self, zones, words=None):
         self.words = words or {"en": "as agreed"}
@@ -166,14 +166,14 @@ class DecisionRule:
 
 
 def proven(_, estimate):
-    """Give the zones of a rule that keeps to everything."""
+    """Return the zones of a rule that passes all checks."""
     guard = expanded(estimate)
     return [Zone(Verdict.PASS, guard, "U"), Zone(Verdict.INCONCLUSIVE, -guard, "U")]
 
 
-def guarded(by):
-    """Return a rule that passes what is within its limits by `by(limits, estimate)`."""
-    return DecisionRule(lambda *arguments: [Zone(Verdict.PASS, by(*arguments), "w")])
+def guarded(guard_band):
+    """Return a rule that passes values within a guard band, `guard_band(limits, estimate)`."""
+    return DecisionRule(lambda *arguments: [Zone(Verdict.PASS, guard_band(*arguments), "w")])
 
 
 DECISION_RULES = {

@@ -1,4 +1,4 @@
-"""Formats, importers and listeners that are each broken in one way, one for each check."""
+"""For each check of the kit, a format, an importer or a listener that fails it."""
 
 from __future__ import annotations
 
@@ -24,11 +24,11 @@ from rigrunner.api.hooks import (
 from rigrunner.api.importing import Column, NotInFileError
 from unit.rigrunner_testing.helpers_zoo import registry_of
 
-KEPT = []
+OPENED = []
 
 
 def page(report):
-    """Return a page that keeps to everything."""
+    """Return a page that passes all checks."""
     return f"<p>{html.escape(report.result.run.inputs['specimen'])}</p>".encode()
 
 
@@ -41,13 +41,13 @@ def with_picture(report):
 
 
 def looks_up_a_font(report):
-    with contextlib.suppress(OSError):  # without a network the page is made all the same
+    with contextlib.suppress(OSError):  # the page is made without a network too
         socket.getaddrinfo("fonts.invalid", 443)
     return page(report)
 
 
 def keeps_a_file(report):
-    KEPT.append(tempfile.TemporaryFile())  # noqa: SIM115  (kept open is the point)
+    OPENED.append(tempfile.TemporaryFile())  # noqa: SIM115  (kept open is the point)
     return page(report)
 
 
@@ -71,20 +71,20 @@ def format_registry(writer):
 
 
 def listener(event):
-    """Take an event and do nothing, which keeps to everything."""
+    """Do nothing, which passes all checks."""
 
 
-def trips_over_an_alarm(event):
+def crashes_on_an_alarm(event):
     if isinstance(event, Alarm):
         raise KeyError(event.source)
 
 
-def dawdles(event):
+def is_slow(event):
     if isinstance(event, Alarm):
         time.sleep(0.15)
 
 
-def dawdles_later(event):
+def is_slow_later(event):
     if isinstance(event, Samples) and event.block.first_sample:
         time.sleep(0.15 if event.block.first_sample == 10_000 else 0)
 
@@ -106,8 +106,8 @@ def starts_a_thread(event):
 
 SINKS = {
     "can_be_made": None,
-    "takes_every_event": trips_over_an_alarm,
-    "comes_back_at_once": dawdles,
+    "takes_every_event": crashes_on_an_alarm,
+    "comes_back_at_once": is_slow,
     "leaves_samples_alone": zeroes,
     "lets_go_when_the_run_ends": starts_a_thread,
 }
@@ -120,7 +120,7 @@ def sink_registry(sink):
 
 
 class Table:
-    """Reads names and numbers between blanks; it keeps to everything."""
+    """Reads columns separated by blanks; it passes all checks."""
 
     def read(self, path, columns, group):
         if group:
@@ -149,12 +149,12 @@ class Table:
         return Column(values)
 
 
-class LetsOsErrorsOut(Table):
+class RaisesOsErrors(Table):
     def text(self, path):
         return path.read_text(encoding="latin-1")
 
 
-class LetsStructErrorsOut(Table):
+class RaisesStructErrors(Table):
     def text(self, path):
         if path.is_file():
             struct.unpack("<4s", path.read_bytes()[:4])
@@ -164,7 +164,7 @@ class LetsStructErrorsOut(Table):
 class KeepsItsFiles(Table):
     def text(self, path):
         if path.is_file():
-            KEPT.append(path.open("rb"))
+            OPENED.append(path.open("rb"))
         return super().text(path)
 
 
@@ -173,7 +173,7 @@ class Doubles(Table):
         return Column(2 * super().column(path, names, rows, name).values)
 
 
-class LetsIndexErrorsOut(Table):
+class RaisesKeyErrors(Table):
     def column(self, path, names, rows, name):
         if name not in names:
             raise KeyError(name)
@@ -187,11 +187,11 @@ class TakesHalfARow(Table):
 
 IMPORTERS = {
     "can_be_made": lambda: None,
-    "missing_file_refused": LetsOsErrorsOut,
-    "foreign_files_refused": LetsStructErrorsOut,
+    "missing_file_refused": RaisesOsErrors,
+    "foreign_files_refused": RaisesStructErrors,
     "closes_its_files": KeepsItsFiles,
     "examples_are_read": Doubles,
-    "missing_columns_are_named": LetsIndexErrorsOut,
+    "missing_columns_are_named": RaisesKeyErrors,
     "cut_files_refused": TakesHalfARow,
 }
 """By check, the importer that fails it."""

@@ -1,4 +1,4 @@
-"""Units that are broken in one way each, and one that keeps to everything."""
+"""A conforming unit, and for each check of the kit a unit that fails it."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ TWICE = replace(OUNCE, symbol="zooTwice", spellings=())
 
 
 @dataclass(frozen=True, kw_only=True)
-class Unmade(UnitRecord):
+class CannotBeMade(UnitRecord):
     def factory(self, settings):  # noqa: ARG002  (as its base has it)
         raise PluginError("it cannot be made")
 
@@ -25,7 +25,7 @@ def _record(definition, kind=UnitRecord):
 
 
 UNITS = {
-    "can_be_made": _record(OUNCE, Unmade),
+    "can_be_made": _record(OUNCE, CannotBeMade),
     "can_be_known": _record(replace(OUNCE, base="m")),
     "comes_back_as_written": _record(TWICE),
 }

@@ -1,4 +1,4 @@
-"""A package brings a kind of plugins of its own, with what the kit checks them by."""
+"""A package adds a kind of plugins, with the checks for it."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from rigrunner.registry import Plugin, Provider, Registry, load_registry, with_d
 from rigrunner.run import lab_plugins
 from rigrunner_testing import State, checks, examine_one, subject
 
-MAKER = """
+KIND_MODULE = """
 from collections.abc import Callable
 from dataclasses import dataclass
 
@@ -54,7 +54,7 @@ def rigrunner_kinds():
         )
     ]
 """
-USER = """
+PLUGIN_MODULE = """
 from lubricant_maker import LubricantRecord
 from rigrunner.api import hookimpl
 
@@ -71,13 +71,13 @@ def rigrunner_lubricants():
 """
 
 
-def user(grams=3.0, factory="lambda settings: grease"):
-    return USER.format(grams=grams, factory=factory)
+def plugin_module(grams=3.0, factory="lambda settings: grease"):
+    return PLUGIN_MODULE.format(grams=grams, factory=factory)
 
 
 @pytest.fixture
 def installed(tmp_path, monkeypatch):
-    """Give what loads modules of these texts as providers, in the order of their names."""
+    """Return a function that loads these modules as providers, in order of their names."""
     monkeypatch.syspath_prepend(str(tmp_path))
 
     def load(**texts):
@@ -90,63 +90,63 @@ def installed(tmp_path, monkeypatch):
         sys.modules.pop(name, None)
 
 
-def test_plugins_of_a_kind_that_a_package_brings_are_found_and_made(installed):
-    """Though the provider of the plugin is loaded before that of the kind."""
-    registry = installed(a_user=user(), lubricant_maker=MAKER)
+def test_plugins_of_a_package_kind_are_loaded_and_made(installed):
+    """The provider of the plugin is loaded before that of the kind."""
+    registry = installed(a_user=plugin_module(), lubricant_maker=KIND_MODULE)
     assert registry.disabled == ()
     assert registry.kinds[-1].name == "lubricant"
     assert registry.names("lubricant") == ["grease"]
     assert registry.make("lubricant", "grease", {})("ours") == "ours"
 
 
-def test_a_lab_s_own_file_may_bring_a_plugin_of_it(installed, tmp_path):
-    installed_registry = installed(lubricant_maker=MAKER)
+def test_lab_file_may_provide_a_plugin_of_a_package_kind(installed, tmp_path):
+    installed_registry = installed(lubricant_maker=KIND_MODULE)
     lab = tmp_path / "plugins"
     lab.mkdir()
-    (lab / "grease.py").write_text(user())
+    (lab / "grease.py").write_text(plugin_module())
     registry = with_drop_ins(installed_registry, lab)
     assert registry.disabled == ()
     assert registry.names("lubricant") == ["grease"]
 
 
-def test_without_the_package_its_hook_is_not_known(installed, tmp_path):
-    (tmp_path / "lubricant_maker.py").write_text(MAKER)
-    (disabled,) = installed(a_user=user()).disabled
+def test_hook_is_unknown_without_the_package(installed, tmp_path):
+    (tmp_path / "lubricant_maker.py").write_text(KIND_MODULE)
+    (disabled,) = installed(a_user=plugin_module()).disabled
     assert "rigrunner_lubricants" in disabled.reason
     assert "is not the name of a hook" in disabled.reason
 
 
-def test_a_record_of_another_kind_is_refused(installed):
-    source = user().replace("LubricantRecord(", "FitRecord(").replace("grams=3.0, ", "")
+def test_record_of_another_kind_is_refused(installed):
+    source = plugin_module().replace("LubricantRecord(", "FitRecord(").replace("grams=3.0, ", "")
     source = source.replace("import hookimpl", "import FitRecord, hookimpl")
-    (disabled,) = installed(a_user=source, lubricant_maker=MAKER).disabled
+    (disabled,) = installed(a_user=source, lubricant_maker=KIND_MODULE).disabled
     assert "rigrunner_lubricants returned a FitRecord, expected a LubricantRecord" in str(disabled)
 
 
-def test_a_kind_that_two_bring_is_that_of_the_first(installed):
-    other = MAKER.replace("ring and ball", "housing and ring")
-    registry = installed(lubricant_maker=MAKER, other_maker=other)
+def test_first_provider_of_a_kind_wins(installed):
+    other = KIND_MODULE.replace("ring and ball", "housing and ring")
+    registry = installed(lubricant_maker=KIND_MODULE, other_maker=other)
     (disabled,) = registry.disabled
     assert disabled.provider.name == "other_maker"
     assert "another plugin brings the kind 'lubricant'" in disabled.reason
 
 
-def test_a_kind_takes_no_hook_of_rigrunner_s_own(installed):
+def test_kind_with_a_hook_of_rigrunner_is_refused(installed):
     (disabled,) = installed(
-        lubricant_maker=MAKER.replace("rigrunner_lubricants", "rigrunner_fits")
+        lubricant_maker=KIND_MODULE.replace("rigrunner_lubricants", "rigrunner_fits")
     ).disabled
     assert "another plugin brings the kind 'lubricant' or rigrunner_fits" in disabled.reason
 
 
-@pytest.mark.parametrize("part", ['hook="rigrunner_lubricants"', "record=LubricantRecord"])
-def test_a_kind_without_a_hook_or_a_record_is_refused(installed, part):
-    source = MAKER.replace(part, f"{part.partition('=')[0]}=None")
+@pytest.mark.parametrize("keyword", ['hook="rigrunner_lubricants"', "record=LubricantRecord"])
+def test_kind_without_hook_or_record_is_refused(installed, keyword):
+    source = KIND_MODULE.replace(keyword, f"{keyword.partition('=')[0]}=None")
     (disabled,) = installed(lubricant_maker=source).disabled
     assert "expected the name of a function and a subclass of PluginRecord" in disabled.reason
 
 
-def test_a_broken_hook_for_kinds_is_said_once(installed):
-    source = MAKER.replace("    return [\n", "    raise SystemExit(3)\n    return [\n")
+def test_failing_kinds_hook_is_reported_once(installed):
+    source = KIND_MODULE.replace("    return [\n", "    raise SystemExit(3)\n    return [\n")
     (disabled,) = installed(lubricant_maker=source).disabled
     assert "SystemExit: 3" in disabled.reason
 
@@ -160,10 +160,8 @@ def test_a_broken_hook_for_kinds_is_said_once(installed):
         (3.0, "lambda settings: (lambda: 1)", "can_be_made", State.FAIL),
     ],
 )
-def test_the_kit_holds_its_plugins_to_the_checks_of_the_kind(
-    installed, grams, factory, name, state
-):
-    registry = installed(lubricant_maker=MAKER, a_user=user(grams, factory))
+def test_kit_runs_the_checks_of_a_package_kind(installed, grams, factory, name, state):
+    registry = installed(lubricant_maker=KIND_MODULE, a_user=plugin_module(grams, factory))
     check = {check.name: check for check in checks("lubricant", registry)}[name]
     finding = examine_one(subject("lubricant", "grease", registry=registry), check)
     assert finding.state is state, finding.text
@@ -178,11 +176,11 @@ BROKEN = {
     "hook_is_named_as_hooks_are": {"hook": "oils"},
     "brings_checks": {"conformance": "no.such.module"},
 }
-"""By check, what is wrong with the kind that fails it."""
+"""By check, the wrong field of a kind that fails it."""
 
 
 @pytest.mark.parametrize("name", BROKEN)
-def test_the_kit_fails_a_kind_that_is_broken(name):
+def test_kit_fails_a_broken_kind(name):
     kind_checks = {check.name: check for check in checks("kind")}
     assert set(BROKEN) < set(kind_checks)
     valid = {"conformance": "rigrunner_bearings.conformance"}
@@ -192,15 +190,15 @@ def test_the_kit_fails_a_kind_that_is_broken(name):
 
 
 @pytest.mark.parametrize(("name", "message"), [("json", "has no attribute 'CHECKS'")])
-def test_a_module_without_checks_is_named(name, message):
+def test_module_without_checks_is_reported(name, message):
     brings_checks = {check.name: check for check in checks("kind")}["brings_checks"]
     finding = examine_one(subject("kind", "oil", registry=kind(conformance=name)), brings_checks)
     assert finding.state is State.FAIL
     assert message in finding.text
 
 
-def test_plugins_are_listed_by_their_kind_in_its_plural(installed, monkeypatch):
-    registry = installed(lubricant_maker=MAKER, a_user=user())
+def test_plugins_are_listed_under_the_plural_of_their_kind(installed, monkeypatch):
+    registry = installed(lubricant_maker=KIND_MODULE, a_user=plugin_module())
     monkeypatch.setattr(lab_plugins, "load_registry", lambda: registry)
     lines = call("plugins").out.splitlines()
     assert lines[-2:] == ["lubricants of a_user", "  grease  Grease."]

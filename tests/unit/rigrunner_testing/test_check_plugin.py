@@ -13,7 +13,7 @@ import pytest
 from helpers_cli import call
 from rigrunner.api.errors import ExitCode
 
-SCALE = """\
+WINCH = """\
 from rigrunner.api.devices import ChannelInfo, DriveInfo, Identity
 from rigrunner.api.driver import Driver
 from rigrunner.api.hooks import DeviceRecord, hookimpl
@@ -45,11 +45,11 @@ def rigrunner_devices():
 
 @pytest.fixture
 def folder(tmp_path):
-    tmp_path.joinpath("winch.py").write_text(SCALE.replace("HELP", "A winch."))
+    tmp_path.joinpath("winch.py").write_text(WINCH.replace("HELP", "A winch."))
     return tmp_path
 
 
-def test_what_conforms_ends_with_0():
+def test_conforming_plugin_exits_with_0():
     called = call("check-plugin", "grubbs")
     assert called.code == ExitCode.PASS
     assert "outlier rule 'grubbs' of rigrunner_plugins" in called.out
@@ -58,8 +58,8 @@ def test_what_conforms_ends_with_0():
     assert " 0 fail, " in called.out.splitlines()[-1]
 
 
-def test_what_does_not_ends_with_1_and_says_what_to_do(folder):
-    folder.joinpath("winch.py").write_text(SCALE.replace("HELP", ""))
+def test_failing_plugin_exits_with_1_and_a_fix(folder):
+    folder.joinpath("winch.py").write_text(WINCH.replace("HELP", ""))
     called = call("check-plugin", "winch", "--drop-in", folder, "--yes")
     assert called.code == ExitCode.FAIL
     assert "FAIL  help_line" in called.out
@@ -74,7 +74,7 @@ def test_what_does_not_ends_with_1_and_says_what_to_do(folder):
         ("builtins:str", "fix: correct what 'builtins:str' gives"),
     ],
 )
-def test_a_wrong_path_of_a_factory_is_named(folder, place, fix):
+def test_wrong_factory_path_is_reported(folder, place, fix):
     folder.joinpath("line.py").write_text(
         "from rigrunner.api.hooks import FitRecord, Imported, hookimpl\n"
         "api_version = 1\n"
@@ -88,7 +88,7 @@ def test_a_wrong_path_of_a_factory_is_named(folder, place, fix):
     assert fix in called.out
 
 
-def test_drives_of_a_real_device_are_moved_only_when_somebody_says_so(folder, monkeypatch):
+def test_moving_real_drives_needs_consent(folder, monkeypatch):
     monkeypatch.setattr("sys.stdin", io.StringIO())
     called = call("check-plugin", "winch", "--drop-in", folder)
     assert called.code == ExitCode.USAGE
@@ -97,7 +97,7 @@ def test_drives_of_a_real_device_are_moved_only_when_somebody_says_so(folder, mo
     assert "give --yes or --read-only" in called.err
 
 
-def test_with_yes_they_are_moved_and_left_safe(folder):
+def test_yes_moves_the_drives_and_leaves_them_safe(folder):
     called = call("check-plugin", "winch", "--drop-in", folder, "--yes")
     assert called.code == ExitCode.PASS, called.out
     assert "limits_hold" in called.err
@@ -105,14 +105,14 @@ def test_with_yes_they_are_moved_and_left_safe(folder):
 
 
 @pytest.mark.thorough
-def test_read_only_leaves_out_what_moves(folder):
+def test_read_only_skips_checks_that_move_drives(folder):
     called = call("check-plugin", "winch", "--drop-in", folder, "--read-only")
     assert called.code == ExitCode.PASS
     assert "limits_hold" not in called.out
     assert "left out, as they set drives" in called.out
 
 
-def test_json_has_every_check():
+def test_json_lists_every_check():
     called = call("check-plugin", "mad", "--json")
     (document,) = json.loads(called.out)
     assert document["name"] == "mad"
@@ -120,7 +120,7 @@ def test_json_has_every_check():
     assert all(finding["holds"] for finding in document["findings"])
 
 
-def test_settings_come_from_a_file(tmp_path):
+def test_settings_are_read_from_a_file(tmp_path):
     file = tmp_path / "settings.yaml"
     file.write_text("threshold: 5\n")
     assert call("check-plugin", "mad", "--settings", file).code == ExitCode.PASS
@@ -134,7 +134,7 @@ def test_settings_come_from_a_file(tmp_path):
     assert "holds no settings" in called.err
 
 
-def test_a_station_gives_settings_and_limits():
+def test_role_with_another_plugin_is_refused():
     called = call("check-plugin", "tabulated", "--station", "simulated", "--role", "tester")
     assert called.code == ExitCode.USAGE
     assert "has the plugin 'swing_tester_sim' in the role 'tester'" in called.err
@@ -153,13 +153,13 @@ def test_a_station_gives_settings_and_limits():
         (["mad", "--drop-in", "missing"], "missing"),
     ],
 )
-def test_what_is_mistyped_is_told(arguments, message):
+def test_typing_errors_are_reported(arguments, message):
     called = call("check-plugin", *arguments)
     assert called.code in {ExitCode.USAGE, ExitCode.INVALID}
     assert message in called.err
 
 
-TWO = """\
+SAME_NAME = """\
 from rigrunner.api.hooks import EventSinkRecord, OutlierRuleRecord, hookimpl
 
 api_version = 1
@@ -179,8 +179,8 @@ def rigrunner_outlier_rules():
 
 
 @pytest.mark.thorough
-def test_of_two_kinds_with_one_name_both_are_checked(tmp_path):
-    tmp_path.joinpath("two.py").write_text(TWO)
+def test_plugins_of_the_same_name_are_both_checked(tmp_path):
+    tmp_path.joinpath("two.py").write_text(SAME_NAME)
     called = call("check-plugin", "two", "--drop-in", tmp_path)
     assert called.code == ExitCode.PASS
     assert "event sink 'two'" in called.out
@@ -189,11 +189,11 @@ def test_of_two_kinds_with_one_name_both_are_checked(tmp_path):
     assert "outlier rule" not in called.out
 
 
-HANGS = (
-    SCALE.replace("HELP", "A winch.")
+HANGING_WINCH = (
+    WINCH.replace("HELP", "A winch.")
     .replace(
         "        return self.load\n",
-        """        if self.load > 0:  # it says that it hangs, and does
+        """        if self.load > 0:  # tell the test, and hang
             Path(__file__).with_name("hangs").touch()
             time.sleep(20)
         return self.load
@@ -217,12 +217,12 @@ HANGS = (
     ("signal_number", "code"),
     [(signal.SIGINT, 130), pytest.param(signal.SIGTERM, 20, marks=pytest.mark.thorough)],
 )
-def test_a_check_that_is_interrupted_leaves_the_drive_safe(folder, signal_number, code):
-    folder.joinpath("winch.py").write_text(HANGS)
+def test_interrupted_check_leaves_the_drive_safe(folder, signal_number, code):
+    folder.joinpath("winch.py").write_text(HANGING_WINCH)
     command = [sys.executable, "-m", "rigrunner", "check-plugin", "winch", "--yes"]
     with subprocess.Popen([*command, "--drop-in", str(folder)], stderr=-1, text=True) as process:
-        until = time.monotonic() + 200
-        while not folder.joinpath("hangs").exists() and time.monotonic() < until:
+        deadline_s = time.monotonic() + 200
+        while not folder.joinpath("hangs").exists() and time.monotonic() < deadline_s:
             time.sleep(0.05)
         assert folder.joinpath("load").read_text() == "20"
         process.send_signal(signal_number)
@@ -250,7 +250,7 @@ safety:
     winch.load: {max: 40 N, rate: 25 N/s}
 plugins: plugins
 """
-NOTES = SCALE.replace("HELP", "A winch.").replace(
+LOGGING_WINCH = WINCH.replace("HELP", "A winch.").replace(
     "        self.load = value\n",
     """        self.load = value
         with Path(__file__).with_name("set_points").open("a") as log:
@@ -260,10 +260,10 @@ NOTES = SCALE.replace("HELP", "A winch.").replace(
 
 
 @pytest.mark.thorough
-def test_a_drive_is_led_within_the_limits_of_the_station(tmp_path):
+def test_drive_stays_within_the_limits_of_the_station(tmp_path):
     folder = tmp_path / "plugins"
     folder.mkdir()
-    folder.joinpath("winch.py").write_text(f"from pathlib import Path\n\n{NOTES}")
+    folder.joinpath("winch.py").write_text(f"from pathlib import Path\n\n{LOGGING_WINCH}")
     tmp_path.joinpath("yard.yaml").write_text(STATION)
     yard = ("--station", tmp_path / "yard.yaml", "--role", "winch")
     called = call("check-plugin", "winch", *yard, "--read-only")

@@ -1,4 +1,4 @@
-"""Each check of devices passes one that keeps to everything, and fails one that is broken."""
+"""Each check of devices passes a conforming device and fails a broken one."""
 
 from __future__ import annotations
 
@@ -15,17 +15,17 @@ from unit.rigrunner_testing.helpers_zoo import BROKEN, Press, press
 CHECKS = {check.name: check for check in checks("device")}
 
 
-def test_there_is_a_broken_device_for_every_check():
+def test_every_check_has_a_broken_device():
     assert set(BROKEN) == set(CHECKS)
 
 
 @pytest.mark.parametrize("name", CHECKS)
-def test_what_keeps_to_everything_passes(name):
+def test_conforming_device_passes(name):
     assert conform(subject("device", "press", registry=press()), CHECKS[name]) == ""
 
 
 @pytest.mark.parametrize("name", CHECKS)
-def test_what_is_broken_fails(name):
+def test_broken_device_fails(name):
     changes = BROKEN[name]
     device = subject("device", changes.get("name", "press"), registry=press(**changes))
     finding = examine_one(device, CHECKS[name])
@@ -34,12 +34,12 @@ def test_what_is_broken_fails(name):
     assert not device.made_devices
 
 
-def test_what_makes_its_samples_up_must_say_so():
-    class SaysItIsReal(Press):
+def test_simulator_must_declare_itself():
+    class ClaimsToBeReal(Press):
         def open(self, timeout_s):
             return replace(super().open(timeout_s), simulated=False)
 
-    device = subject("device", "press", registry=press(factory=SaysItIsReal))
+    device = subject("device", "press", registry=press(factory=ClaimsToBeReal))
     finding = examine_one(device, CHECKS["connects_and_says_who_it_is"])
     assert "generates its samples" in finding.text
     device = subject("device", "press", registry=press(simulated=False))
@@ -47,7 +47,7 @@ def test_what_makes_its_samples_up_must_say_so():
     assert "its record does not" in finding.text
 
 
-def test_a_crash_is_a_failed_check_with_its_place():
+def test_crash_fails_the_check_with_its_line():
     class Crashes(Press):
         def get(self, _channel):
             raise ZeroDivisionError("division by zero")
@@ -60,8 +60,8 @@ def test_a_crash_is_a_failed_check_with_its_place():
 
 
 @pytest.mark.parametrize("error", [SystemExit(0), asyncio.CancelledError()])
-def test_what_would_end_the_program_is_a_failed_check(error):
-    """Alone in its thread it would end that, and the check would seem to be met."""
+def test_exit_and_cancellation_fail_the_check(error):
+    """In the thread of the check it would end that thread, and the check would seem to pass."""
 
     class Ends(Press):
         def get(self, _channel):
@@ -82,7 +82,7 @@ class _Masked(Press):
 
 
 class _InOneBuffer(Press):
-    """Fills the same array again for each block, as a library may."""
+    """Reuses one array for all blocks, as a library may."""
 
     buffer = np.zeros(10_000)
 
@@ -99,37 +99,37 @@ class _InOneBuffer(Press):
     ("factory", "message"),
     [(_Masked, "is not an array of float64"), (_InOneBuffer, "changed after it was given")],
 )
-def test_a_block_is_whole_and_stays_so(factory, message):
+def test_masked_and_reused_arrays_fail(factory, message):
     device = subject("device", "press", registry=press(factory=factory))
     finding = examine_one(device, CHECKS["blocks_are_whole"])
     assert finding.state is State.FAIL
     assert message in finding.text
 
 
-def test_what_hangs_is_given_up():
-    hangs = threading.Event()
+def test_hanging_device_fails_after_a_timeout():
+    released = threading.Event()
 
     class Hangs(Press):
         def get(self, channel):
-            hangs.wait()
+            released.wait()
             return super().get(channel)
 
     device = subject("device", "press", registry=press(factory=Hangs))
     finding = examine_one(device, CHECKS["readings_are_true"], longest_s=0.2)
-    hangs.set()
+    released.set()
     assert finding.text == "it did not come back within 0.2 s"
 
 
-def test_what_to_do_is_told():
+def test_failure_states_a_fix():
     device = subject("device", "press", registry=press(help=""))
     with pytest.raises(Nonconformity, match=r"(?s)found: the record's help is empty.*fix: write"):
         conform(device, CHECKS["help_line"])
 
 
-def test_read_only_nothing_is_set():
+def test_read_only_sets_no_drive():
     calls = []
 
-    class Tells(Press):
+    class RecordsCalls(Press):
         def put(self, drive, value):
             calls.append((drive, value))
 
@@ -137,7 +137,9 @@ def test_read_only_nothing_is_set():
             calls.append("safe")
             return super().make_safe()
 
-    device = replace(subject("device", "press", registry=press(factory=Tells)), read_only=True)
+    device = replace(
+        subject("device", "press", registry=press(factory=RecordsCalls)), read_only=True
+    )
     for check in (check for check in checks("device") if not check.moves):
         examine_one(device, check)
     assert calls == []

@@ -1,6 +1,6 @@
-"""Each check of the other kinds of plugin fails one that is broken in just that way.
+"""Each check of the other kinds of plugin fails a plugin that is broken in that way.
 
-That what ships passes them all is held by tests/contract/test_conformance.py.
+The shipped plugins are checked by tests/contract/test_conformance.py.
 """
 
 from __future__ import annotations
@@ -28,9 +28,9 @@ from unit.rigrunner_testing.helpers_zoo_files import (
     IMPORTERS,
     SINKS,
     Table,
-    dawdles_later,
     format_registry,
     importer_registry,
+    is_slow_later,
     listener,
     looks_up_a_font,
     page,
@@ -40,7 +40,7 @@ from unit.rigrunner_testing.helpers_zoo_files import (
 from unit.rigrunner_testing.helpers_zoo_results import (
     ANALYSES,
     analysis_registry,
-    of_unknown_uncertainty,
+    without_uncertainty,
 )
 from unit.rigrunner_testing.helpers_zoo_units import UNITS, good_unit_registry, unit_registry
 
@@ -55,7 +55,7 @@ def finding_of(kind, name, registry):
     )
 
 
-OF_KIND = {
+BROKEN_BY_KIND = {
     "fit": (FITS, fit_registry),
     "outlier_rule": (RULES, rule_registry),
     "decision_rule": (DECISION_RULES, decision_rule_registry),
@@ -65,7 +65,7 @@ OF_KIND = {
     "analysis": (ANALYSES, lambda make: make()),
     "unit": (UNITS, unit_registry),
 }
-BROKEN = [(kind, name) for kind, (zoo, _) in OF_KIND.items() for name in zoo]
+BROKEN = [(kind, name) for kind, (zoo, _) in BROKEN_BY_KIND.items() for name in zoo]
 GOOD = {
     "fit": lambda: fit_registry(line, examples=()),
     "outlier_rule": lambda: rule_registry(grubbs, examples=()),
@@ -78,9 +78,9 @@ GOOD = {
 }
 
 
-@pytest.mark.parametrize("kind", OF_KIND)
-def test_there_is_a_broken_one_for_every_check(kind):
-    assert set(OF_KIND[kind][0]) == set(own_checks(kind))
+@pytest.mark.parametrize("kind", BROKEN_BY_KIND)
+def test_every_check_has_a_broken_plugin(kind):
+    assert set(BROKEN_BY_KIND[kind][0]) == set(own_checks(kind))
 
 
 def test_certificates_have_the_checks_of_reports():
@@ -88,31 +88,31 @@ def test_certificates_have_the_checks_of_reports():
 
 
 @pytest.mark.parametrize(("kind", "name"), BROKEN)
-def test_what_is_broken_fails(kind, name):
-    zoo, registry = OF_KIND[kind]
+def test_broken_plugin_fails(kind, name):
+    zoo, registry = BROKEN_BY_KIND[kind]
     finding = finding_of(kind, name, registry(zoo[name]))
     assert finding.state is State.FAIL
     assert finding.text
 
 
-@pytest.mark.parametrize("sink", [dawdles_later, zeroes_the_angle])
-def test_each_event_and_each_channel_counts(sink):
-    name = "comes_back_at_once" if sink is dawdles_later else "leaves_samples_alone"
+@pytest.mark.parametrize("sink", [is_slow_later, zeroes_the_angle])
+def test_every_event_and_channel_is_checked(sink):
+    name = "comes_back_at_once" if sink is is_slow_later else "leaves_samples_alone"
     assert finding_of("event_sink", name, sink_registry(sink)).state is State.FAIL
 
 
-def test_a_format_that_goes_on_without_a_network_fails_too():
+def test_format_that_tolerates_a_missing_network_fails():
     finding = finding_of("report_format", "nothing_is_fetched", format_registry(looks_up_a_font))
     assert finding.text == "making it did: socket.getaddrinfo"
 
 
-def test_a_result_of_unknown_uncertainty_covers_nothing():
-    registry = analysis_registry(of_unknown_uncertainty)
+def test_coverage_without_uncertainty_is_not_applicable():
+    registry = analysis_registry(without_uncertainty)
     finding = finding_of("analysis", "covers_the_truth", registry)
     assert (finding.state, finding.text) == (State.NOT_APPLICABLE, "it states no uncertainty")
 
 
-def test_no_risk_is_counted_of_a_rule_that_fails_nothing():
+def test_risks_of_a_rule_that_never_fails_are_not_judged():
     rule = DecisionRule(lambda *_: [Zone(Verdict.PASS, 0.1, "w"), Zone(Verdict.INCONCLUSIVE, -9.0)])
     registry = decision_rule_registry(rule)
     findings = examine(subject("decision_rule", "rule", registry=registry), checks("decision_rule"))
@@ -125,10 +125,10 @@ def test_no_risk_is_counted_of_a_rule_that_fails_nothing():
     ("kind", "name"),
     [
         # the shipped rules pass them too
-        pytest.param(*each, marks=[pytest.mark.thorough] * (each[1] in SCANS))
-        for each in BROKEN
+        pytest.param(kind, name, marks=[pytest.mark.thorough] * (name in SCANS))
+        for kind, name in BROKEN
     ],
 )
-def test_what_keeps_to_everything_passes(kind, name):
+def test_conforming_plugin_passes(kind, name):
     finding = finding_of(kind, name, GOOD[kind]())
     assert finding.state is not State.FAIL, finding.text

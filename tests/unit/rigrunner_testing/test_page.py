@@ -6,12 +6,12 @@ from rigrunner_testing import checks
 from rigrunner_testing.page import page
 
 
-def test_the_page_of_checks_is_that_of_the_code():
+def test_page_of_checks_equals_the_code():
     written = (ROOT / "docs/reference/conformance.md").read_text(encoding="utf-8")
     assert written == page(), "'python -m rigrunner_testing.page > docs/reference/conformance.md'"
 
 
-def test_there_are_checks_for_every_kind_of_plugin_each_with_its_demand_and_what_to_do():
+def test_every_kind_has_checks_with_demand_and_fix():
     for kind in (record.name for record in load_registry().kinds):
         assert len(checks(kind)) > len(checks("no such kind")) > 0
         assert all(check.holds.endswith(".") and check.fix for check in checks(kind))

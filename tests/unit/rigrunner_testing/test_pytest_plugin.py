@@ -1,4 +1,4 @@
-"""The kit in pytest, as the tests of a stranger's package use it."""
+"""The kit in pytest, as the tests of another package use it."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ import pytest
 def test_it_conforms(conformance):
     conformance()
 
-class TestWhereTheSettingsAreKnownInTheTestAlone:
+class TestSettingsOfAFixture:
     @pytest.fixture
     def conformance_settings(self):
         return {"threshold": 5.0}
@@ -46,7 +46,7 @@ def rigrunner_devices():
 
 
 @pytest.mark.thorough
-def test_a_plugin_goes_through_every_check_and_what_does_not_apply_is_skipped(pytester):
+def test_inapplicable_checks_are_skipped(pytester):
     pytester.makepyfile(test_good=GOOD)
     result = pytester.runpytest_subprocess(*PLUGIN, "-rs")
     result.assert_outcomes(passed=2 * (len(checks("outlier_rule")) - 2), skipped=2 * 2)
@@ -54,7 +54,7 @@ def test_a_plugin_goes_through_every_check_and_what_does_not_apply_is_skipped(py
 
 
 @pytest.mark.thorough
-def test_a_demand_that_is_not_met_fails_with_what_to_do(pytester):
+def test_failed_check_states_a_fix(pytester):
     pytester.makepyfile(test_hollow=PACKAGE)
     pytester.mkdir("plugins").joinpath("hollow.py").write_text(HOLLOW)
     result = pytester.runpytest_subprocess(*PLUGIN, "-k", "help_line or name_fits")
@@ -63,7 +63,7 @@ def test_a_demand_that_is_not_met_fails_with_what_to_do(pytester):
 
 
 @pytest.mark.thorough
-def test_without_a_marker_it_says_how_to_write_one(pytester):
+def test_missing_marker_is_explained(pytester):
     pytester.makepyfile("def test_it_conforms(conformance): conformance()")
     result = pytester.runpytest_subprocess(*PLUGIN)
     assert "needs a marker, such as @pytest.mark.conformance('device'" in result.stdout.str()

@@ -1,4 +1,4 @@
-"""Each check on kinds of steps fails for a kind that is broken in just that way."""
+"""Each check of step kinds fails a kind that is broken in that way."""
 
 # ruff: noqa: ARG002  (the signature of an action)
 
@@ -49,14 +49,14 @@ class Dwell(Action):
 
 
 @dataclass
-class Thawed(Action):
+class NotFrozen(Action):
     """Is not frozen."""
 
     kind = "dwell"
 
 
-class Deaf(Dwell):
-    """Lets time pass behind the engine's back."""
+class SleepsByItself(Dwell):
+    """Sleeps past the engine."""
 
     def do(self, step, doing):
         doing.clock.sleep(self.duration_s)
@@ -64,15 +64,15 @@ class Deaf(Dwell):
 
 
 class Slow(Dwell):
-    """Takes longer than it is planned for."""
+    """Takes longer than planned."""
 
     def do(self, step, doing):
         doing.wait(2 * self.duration_s)
         return NOTHING
 
 
-class Swallowing(Dwell):
-    """Goes on when the run is to stop, as if it was done."""
+class SwallowsTheStop(Dwell):
+    """Ends as if completed when the run is stopped."""
 
     def do(self, step, doing):
         with contextlib.suppress(AbortedError):
@@ -80,7 +80,7 @@ class Swallowing(Dwell):
         return NOTHING
 
 
-class Bypassing(Dwell):
+class BreaksTheDevice(Dwell):
     """Breaks the device, so that it cannot be made safe."""
 
     def do(self, step, doing):
@@ -109,22 +109,22 @@ def failure(action, check, seconds=None):
     [is_planned, takes_its_time, stops_when_asked, leaves_the_rig_safe, is_resumed_or_refuses],
     ids=lambda check: check.name,
 )
-def test_a_sound_kind_passes(check):
+def test_sound_kind_passes(check):
     assert not conform(subject("step", "dwell", registry=registry_with(Dwell)), check)
 
 
 @pytest.mark.parametrize(
     ("action", "check", "message"),
     [
-        (lambda _: Thawed(), is_planned, "Thawed is not a frozen dataclass"),
+        (lambda _: NotFrozen(), is_planned, "NotFrozen is not a frozen dataclass"),
         (Slow, takes_its_time, "it took 20 s and was planned for 10 s"),
-        (Deaf, stops_when_asked, "after it was asked to"),
-        (Swallowing, is_resumed_or_refuses, "it ended as if it was done"),
-        (Bypassing, leaves_the_rig_safe, "the rig was left"),
+        (SleepsByItself, stops_when_asked, "after it was asked to"),
+        (SwallowsTheStop, is_resumed_or_refuses, "it ended as if it was done"),
+        (BreaksTheDevice, leaves_the_rig_safe, "the rig was left"),
     ],
-    ids=["not frozen", "slow", "deaf", "swallows the stop", "unsafe"],
+    ids=["not frozen", "slow", "sleeps by itself", "swallows the stop", "unsafe"],
 )
-def test_a_broken_kind_fails(action, check, message):
+def test_broken_kind_fails(action, check, message):
     assert message in failure(action, check)
 
 
@@ -139,7 +139,7 @@ main: [{dwell: {time: 3 s}}]
 """
 
 
-def test_a_procedure_may_have_a_kind_of_the_labs_own_where_that_is_known():
+def test_procedure_uses_a_step_kind_of_the_lab():
     kinds = kinds_of(registry_with(Dwell))
     (step,) = parse_procedure(PROCEDURE, "p.yaml", kinds=kinds).model.main
     assert (step.kind, step.settings.time) == ("dwell", 3.0)
@@ -147,7 +147,7 @@ def test_a_procedure_may_have_a_kind_of_the_labs_own_where_that_is_known():
         parse_procedure(PROCEDURE, "p.yaml")
 
 
-def test_the_text_of_a_stored_run_is_read_where_a_kind_is_missing_and_cannot_be_planned():
+def test_stored_procedure_of_a_missing_kind_is_read_but_not_planned():
     stored = parse_procedure(PROCEDURE, "p.yaml", stored=True)
     assert stored.model.main[0].kind == "dwell"
     with pytest.raises(InvalidFileError, match="is not installed here"):

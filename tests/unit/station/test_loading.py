@@ -1,4 +1,4 @@
-"""Stations: what ships loads; a spoiled one is refused with place, field, got and allowed."""
+"""Shipped stations load; an invalid one is refused with location, field and message."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ SECOND = """
     accuracy: {gain: 0 %, offset: 0 N·m, drift: 0 N·m, nonlinearity: 0 %}
 """
 
-# old part, new part, where the finger points, field, message, hint
+# old part, new part, text at the location, field, message, hint
 CASES = [
     ("station/1", "procedure/2", "procedure/2", "rigrunner",
      "got 'procedure/2', expected 'station/1'", ""),
@@ -51,11 +51,11 @@ CASES = [
 
 
 @pytest.mark.parametrize("path", sorted(SHIPPED.glob("*.yaml")), ids=lambda path: path.stem)
-def test_what_ships_loads(path):
+def test_shipped_stations_load(path):
     assert load_station(path).model.id == path.stem
 
 
-def test_a_station_is_what_its_file_says():
+def test_station_has_the_content_of_its_file():
     station = parse_station(STATION, "s.yaml")
 
     assert station.model.devices["tester"].settings == {"gain": "1 N·m"}
@@ -65,37 +65,37 @@ def test_a_station_is_what_its_file_says():
 
 
 @pytest.mark.parametrize("case", CASES, ids=lambda case: (case[1] or case[0])[:30])
-def test_a_spoiled_station(case):
-    old, new, finger, field, message, hint = case
+def test_invalid_station_is_refused_with_its_location(case):
+    old, new, located, field, message, hint = case
     text = edited(STATION, (old, new))
     problem = only_problem(parse_station, text, "s.yaml")
 
     assert message in problem.message
     assert problem.field == field
     assert hint in problem.hint
-    assert str(problem.location) == f"s.yaml:{place_of(text, finger)}"
+    assert str(problem.location) == f"s.yaml:{place_of(text, located)}"
 
 
-def test_a_channel_has_one_instrument():
+def test_second_instrument_of_a_channel_is_refused():
     problem = only_problem(parse_station, STATION.rstrip() + SECOND, "s.yaml")
 
     assert problem.message == "'tester.torque' is registered twice"
     assert problem.field == "instruments[1].channel"
 
 
-def test_every_problem_is_told_at_once():
+def test_all_problems_are_reported_at_once():
     text = edited(STATION, ("10 N·m", "10"), ("1 kHz", "1"))
     assert len(problems_of(parse_station, text, "s.yaml")) == 2
 
 
-def test_a_wrong_accuracy_of_any_quantity_is_one_problem():
+def test_invalid_accuracy_of_any_quantity_is_one_problem():
     meter = "  - {channel: tester.voltage, measures: voltage, serial: V-1, accuracy: 1 vlt}\n"
     problem = only_problem(parse_station, STATION.rstrip() + f"\n{meter}", "s.yaml")
     assert problem.field == "instruments[1].accuracy"
     assert problem.message.startswith("unknown unit 'vlt'")
 
 
-def test_an_unknown_quantity_is_one_problem():
+def test_unknown_quantity_is_one_problem():
     meter = "  - {channel: tester.amps, measures: amps, serial: A-1, calibration: recorded}\n"
     problem = only_problem(parse_station, STATION.rstrip() + f"\n{meter}", "s.yaml")
     assert (problem.field, problem.message) == (

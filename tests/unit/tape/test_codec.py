@@ -1,4 +1,4 @@
-"""Every answer that a Wire may carry comes back from its line exactly as it was."""
+"""Every answer that a Wire may carry round-trips exactly through a line of the tape."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ ANSWERS = st.recursive(
 
 
 def same(one, other):
-    """Say whether two answers are the same to the last bit, of the same types."""
+    """Return whether two answers are identical, bit by bit and in type."""
     if type(one) is not type(other):
         return False
     match one:
@@ -53,28 +53,28 @@ def same(one, other):
 
 
 @given(ANSWERS)
-def test_an_answer_comes_back_to_the_last_bit(answer):
+def test_answer_round_trips_to_the_last_bit(answer):
     line = json.dumps(encode(answer), allow_nan=False)
     assert same(decode(json.loads(line)), answer)
 
 
 @pytest.mark.parametrize("dtype", ["<f8", ">f8", "<f4", "<i2", ">u2", "|b1"])
-def test_arrays_of_other_numbers_come_back_in_the_machines_own_order(dtype):
+def test_array_dtype_round_trips_in_native_byte_order(dtype):
     values = np.array([0, 1, 2, 250], dtype=dtype)
-    back = decode(encode(values))
-    assert back.dtype == np.dtype(dtype).newbyteorder("=")
-    assert back.tolist() == values.tolist()
-    back[0] = 1  # a driver may go on working with it
+    decoded = decode(encode(values))
+    assert decoded.dtype == np.dtype(dtype).newbyteorder("=")
+    assert decoded.tolist() == values.tolist()
+    decoded[0] = 1  # it is writable: a driver may change it
 
 
-def test_a_single_number_of_numpy_is_a_number():
+def test_numpy_scalars_are_encoded_as_plain_numbers():
     assert encode([np.float64(0.1), np.int16(3), np.bool_(1)]) == [0.1, 3, True]
 
 
 @pytest.mark.parametrize(
     "answer", [(1, 2), {1: 2}, object(), np.array(["a"]), np.array([object()]), 1j, {"a": {2}}]
 )
-def test_what_cannot_be_kept_is_refused_not_changed(answer):
+def test_unsupported_answer_is_refused(answer):
     with pytest.raises(TypeError, match="cannot be kept on tape"):
         encode(answer)
 
@@ -86,7 +86,7 @@ def test_what_cannot_be_kept_is_refused_not_changed(answer):
      {"array": "<f8", "shape": [3], "data": "eJwDAAAAAAE="}, {"array": "<f8", "shape": [10**12],
      "data": ""}, {"array": "<f8", "shape": [-1], "data": ""}, {"array": 1, "shape": 1, "data": 1}],
 )  # fmt: skip
-def test_what_stands_for_no_answer_is_a_data_error(stored):
+def test_invalid_stored_answer_is_a_data_error(stored):
     with pytest.raises(DataError):
         decode(stored)
 
@@ -96,22 +96,22 @@ def test_what_stands_for_no_answer_is_a_data_error(stored):
     [DeviceTimeoutError("no answer", hint="is it on?"), DeviceLostError("unplugged"),
      MissingPackageError("no visa"), KeyError("torque"), KeyboardInterrupt()],
 )  # fmt: skip
-def test_a_failure_comes_back_as_the_same_failure(error):
+def test_error_round_trips_with_its_notes(error):
     error.add_note("seen twice")
-    back = decode_error(json.loads(json.dumps(encode_error(error))))
-    assert type(back) is type(error)
-    assert str(back) == str(error)
-    assert back.__notes__ == ["seen twice"]
+    decoded = decode_error(json.loads(json.dumps(encode_error(error))))
+    assert type(decoded) is type(error)
+    assert str(decoded) == str(error)
+    assert decoded.__notes__ == ["seen twice"]
 
 
-def test_a_failure_that_is_made_of_more_than_words_keeps_these():
+def test_error_with_other_arguments_keeps_its_message():
     stored = encode_error(UnicodeDecodeError("ascii", b"\xff", 0, 1, "not in range"))
-    back = decode_error(stored)
-    assert isinstance(back, RuntimeError)
-    assert "UnicodeDecodeError: 'ascii' codec can't decode byte 0xff" in str(back)
+    decoded = decode_error(stored)
+    assert isinstance(decoded, RuntimeError)
+    assert "UnicodeDecodeError: 'ascii' codec can't decode byte 0xff" in str(decoded)
 
 
-def test_a_failure_of_a_class_of_its_own_comes_back_as_the_nearest_that_is_known():
+def test_error_of_an_unknown_class_is_restored_as_its_nearest_base():
     class BridgeError(DeviceRejectedError):
         pass
 
@@ -136,25 +136,25 @@ JSON = st.recursive(
 
 
 @given(JSON)
-def test_whatever_stands_in_a_line_is_an_answer_or_a_data_error(stored):
+def test_any_json_is_an_answer_or_a_data_error(stored):
     with contextlib.suppress(DataError):
         decode(stored)
 
 
-def test_an_array_that_unpacks_to_more_than_it_says_is_refused():
+def test_array_larger_than_its_shape_is_refused():
     bomb = base64.b64encode(zlib.compress(bytes(10**7))).decode()
     with pytest.raises(DataError):
         decode({"array": "<f8", "shape": [1], "data": bomb})
 
 
 @pytest.mark.parametrize("name", ["SystemExit", "GeneratorExit", "BaseException"])
-def test_no_tape_ends_the_program(name):
+def test_exits_are_not_restored_from_a_tape(name):
     with pytest.raises(DataError, match="no error of the class"):
         decode_error({"class": name})
     assert encode_error(getattr(builtins, name)("x"))["class"] == "RuntimeError"
 
 
 @pytest.mark.parametrize("stored", [{}, {"class": "print"}, {"class": "os"}, {"class": "ExitCode"}])
-def test_no_other_name_makes_an_error(stored):
+def test_name_of_no_error_class_is_refused(stored):
     with pytest.raises(DataError, match="no error of the class"):
         decode_error(stored)

@@ -1,4 +1,4 @@
-"""What ends a pause ends it again: a decision, nobody there to decide, or an interlock."""
+"""A replayed pause ends as the recorded one: by a decision, no answer, or an interlock."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ RESUME = Decision(Choice.RESUME, "A. Jones")
 
 
 class Person:
-    """Looks so often, then decides."""
+    """Watches for a number of looks, then decides."""
 
     def __init__(self, looks, decision):
         self.looks = looks
@@ -35,7 +35,7 @@ class Person:
 
 
 class Watch:
-    """Interlocks that trip at the n-th look."""
+    """Interlocks that trip at the given look."""
 
     def __init__(self, trips_at=0):
         self.trips_at = trips_at
@@ -55,12 +55,12 @@ def replayed(tmp_path):
         wire = RecordingWire(tmp_path / "clock.jsonl", Trouble())
         recorded = RecordedPauses(person, wire)
         requested_by = recorded.requested_by()
-        ended = outcome(recorded, watch)
+        decided = outcome(recorded, watch)
         wire.close()
         tapes.append(TapeFile(tmp_path / "clock.jsonl"))
-        again = ReplayWire(tapes[-1], Replay(), 10.0)
-        assert ReplayedPauses(again).requested_by() == requested_by == "keyboard"
-        return ended, again
+        replay = ReplayWire(tapes[-1], Replay(), 10.0)
+        assert ReplayedPauses(replay).requested_by() == requested_by == "keyboard"
+        return decided, replay
 
     yield make
     for tape in tapes:
@@ -83,18 +83,20 @@ def outcome(pauses, watch):
     ],
     ids=["decision", "nobody", "interlock"],
 )
-def test_a_pause_ends_as_it_did_after_as_many_looks(replayed, decision, trips_at, expected, looks):
-    ended, again = replayed(Person(4, decision), Watch(trips_at))
-    assert ended == expected
+def test_replayed_pause_has_the_recorded_decision_and_looks(
+    replayed, decision, trips_at, expected, looks
+):
+    decided, replay = replayed(Person(4, decision), Watch(trips_at))
+    assert decided == expected
     watch = Watch(trips_at)
-    assert outcome(ReplayedPauses(again), watch) == expected
+    assert outcome(ReplayedPauses(replay), watch) == expected
     assert watch.looks == looks
-    assert again.unrequested() == ""
+    assert replay.unrequested() == ""
 
 
-def test_a_pause_that_is_not_on_the_tape_is_a_difference(replayed):
-    _, again = replayed(Person(0, RESUME), Watch())
-    pauses = ReplayedPauses(again)
+def test_pause_that_is_not_on_the_tape_is_a_difference(replayed):
+    _, replay = replayed(Person(0, RESUME), Watch())
+    pauses = ReplayedPauses(replay)
     pauses.decide(PAUSED, Watch())
     assert pauses.requested_by() == ""
     with pytest.raises(DeviceRejectedError, match="the tape is over"):

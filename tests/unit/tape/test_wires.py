@@ -1,4 +1,4 @@
-"""What a wire saves is played back in strict order, up to the first difference."""
+"""The exchanges of a wire are replayed in strict order, up to the first difference."""
 
 from __future__ import annotations
 
@@ -70,7 +70,7 @@ def replay_of():
         tape.close()
 
 
-def test_what_was_answered_and_what_failed_comes_again(path, replay_of):
+def test_replay_returns_the_recorded_answers_and_errors(path, replay_of):
     wire = replay_of(path)
     assert wire.exchange("write FORC 10", not_called) is None
     assert (
@@ -82,7 +82,7 @@ def test_what_was_answered_and_what_failed_comes_again(path, replay_of):
     assert wire.unrequested() == ""
 
 
-def test_the_first_difference_names_the_place_both_requests_and_what_came_before(path, replay_of):
+def test_first_difference_names_location_requests_and_history(path, replay_of):
     replay = Replay()
     replay.hint = "the settings of press are not those of the tape"
     wire = replay_of(path, replay)
@@ -95,7 +95,7 @@ def test_the_first_difference_names_the_place_both_requests_and_what_came_before
     )
 
 
-def test_after_the_first_difference_no_tape_of_the_replay_answers_any_more(path, replay_of):
+def test_first_difference_ends_all_tapes_of_a_replay(path, replay_of):
     replay = Replay()
     first, second = replay_of(path, replay), replay_of(path, replay)
     with pytest.raises(DeviceRejectedError, match="asked was 'identify', the very first"):
@@ -104,7 +104,7 @@ def test_after_the_first_difference_no_tape_of_the_replay_answers_any_more(path,
         second.exchange("write FORC 10", not_called)
 
 
-def test_a_tape_that_is_over_says_so(path, replay_of):
+def test_request_after_the_end_of_the_tape_is_refused(path, replay_of):
     wire = replay_of(path)
     for request in ("write FORC 10", "query FORC?"):
         wire.exchange(request, not_called)
@@ -118,12 +118,12 @@ def test_a_tape_that_is_over_says_so(path, replay_of):
     )
 
 
-def test_a_tape_that_was_never_written_is_over_at_once(tmp_path, replay_of):
+def test_missing_tape_is_over_at_once(tmp_path, replay_of):
     with pytest.raises(DeviceRejectedError, match=r"the tape is over .* the very first"):
         replay_of(tmp_path / "press.jsonl").exchange("connect", not_called)
 
 
-def test_a_tape_cut_at_any_byte_has_what_was_whole(path, tmp_path):
+def test_tape_cut_at_any_byte_has_its_complete_lines(path, tmp_path):
     content = path.read_bytes()
     cut = tmp_path / "cut.jsonl"
     for length in range(len(content) + 1):
@@ -135,20 +135,20 @@ def test_a_tape_cut_at_any_byte_has_what_was_whole(path, tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("line", "what"),
+    ("line", "message"),
     [
         (b"hello\n", "not an exchange"),
         (b'{"seq":0,"ask":"x","answer":1,"took_s":0}\n', "exchange 0 comes twice"),
     ],
 )
-def test_a_line_that_is_no_exchange_is_named(path, line, what):
+def test_invalid_line_is_named(path, line, message):
     path.write_bytes(path.read_bytes() + line)
-    with pytest.raises(DataError, match=rf"press.jsonl:4: {what}"):
+    with pytest.raises(DataError, match=rf"press.jsonl:4: {message}"):
         TapeFile(path)
 
 
 @given(st.lists(st.binary(max_size=80) | st.sampled_from(LINES), max_size=6))
-def test_whatever_a_file_holds_it_is_a_tape_or_a_data_error(tmp_path_factory, lines):
+def test_any_file_is_a_tape_or_a_data_error(tmp_path_factory, lines):
     path = tmp_path_factory.mktemp("any") / "a.jsonl"
     path.write_bytes(b"\n".join(lines))
     with contextlib.suppress(DataError):
@@ -159,7 +159,7 @@ def test_whatever_a_file_holds_it_is_a_tape_or_a_data_error(tmp_path_factory, li
         tape.close()
 
 
-def test_a_damaged_answer_is_named_when_its_turn_comes(path, replay_of):
+def test_damaged_answer_is_reported_when_it_is_requested(path, replay_of):
     path.write_bytes(path.read_bytes().replace(b"9.75", b"9.7x"))
     wire = replay_of(path)
     wire.exchange("write FORC 10", not_called)
@@ -167,7 +167,7 @@ def test_a_damaged_answer_is_named_when_its_turn_comes(path, replay_of):
         wire.exchange("query FORC?", not_called)
 
 
-def test_a_full_disk_costs_no_answer_and_ends_every_tape(tmp_path, monkeypatch):
+def test_full_disk_ends_all_tapes_but_loses_no_answer(tmp_path, monkeypatch):
     trouble = Trouble()
     first, second = (RecordingWire(tmp_path / f"{name}.jsonl", trouble) for name in "ab")
     first.exchange("query A", lambda: 1.0)
@@ -185,7 +185,7 @@ def test_a_full_disk_costs_no_answer_and_ends_every_tape(tmp_path, monkeypatch):
     assert (tmp_path / "a.jsonl").read_bytes().count(b"\n") == 1
 
 
-def test_a_disk_that_takes_half_a_line_leaves_a_tape_that_can_be_read(tmp_path, monkeypatch):
+def test_partly_written_line_leaves_a_readable_tape(tmp_path, monkeypatch):
     trouble, write = Trouble(), os.write
     wire = RecordingWire(tmp_path / "a.jsonl", trouble)
     wire.exchange("query A", lambda: 1.0)
@@ -206,7 +206,7 @@ def test_a_disk_that_takes_half_a_line_leaves_a_tape_that_can_be_read(tmp_path, 
     assert "No space left" in trouble.text
 
 
-def test_an_answer_that_cannot_be_kept_costs_no_answer(tmp_path):
+def test_unsupported_answer_is_returned_and_reported(tmp_path):
     trouble = Trouble()
     wire = RecordingWire(tmp_path / "a.jsonl", trouble)
     assert wire.exchange("query A", lambda: (1, 2)) == (1, 2)
@@ -214,7 +214,7 @@ def test_an_answer_that_cannot_be_kept_costs_no_answer(tmp_path):
     assert trouble.text.endswith("the answer to 'query A': a tuple cannot be kept on tape")
 
 
-def test_what_an_exchange_itself_exchanges_is_part_of_it(tmp_path, replay_of):
+def test_nested_exchanges_are_part_of_the_outer_one(tmp_path, replay_of):
     wire = RecordingWire(tmp_path / "a.jsonl", Trouble())
     clock = RecordedClock(SimulatedClock(START), wire)
 
@@ -227,15 +227,15 @@ def test_what_an_exchange_itself_exchanges_is_part_of_it(tmp_path, replay_of):
         wire.exchange("query A", failing(DeviceLostError("gone")))
     wire.exchange("query B", lambda: 4)
     wire.close()
-    again = replay_of(tmp_path / "a.jsonl")
-    assert again.exchange("query A", not_called) == 3
+    replay_wire = replay_of(tmp_path / "a.jsonl")
+    assert replay_wire.exchange("query A", not_called) == 3
     with pytest.raises(DeviceLostError):
-        again.exchange("query A", not_called)
-    assert again.exchange("query B", not_called) == 4
-    assert again.unrequested() == ""
+        replay_wire.exchange("query A", not_called)
+    assert replay_wire.exchange("query B", not_called) == 4
+    assert replay_wire.unrequested() == ""
 
 
-def test_what_is_never_answered_is_saved_as_such_and_waited_for_again(tmp_path, replay_of):
+def test_unanswered_request_is_recorded_and_times_out_in_replay(tmp_path, replay_of):
     wire = RecordingWire(tmp_path / "a.jsonl", Trouble())
     answer, requested = threading.Event(), threading.Event()
 
@@ -251,16 +251,16 @@ def test_what_is_never_answered_is_saved_as_such_and_waited_for_again(tmp_path, 
     answer.set()
     thread.join()
     replay = Replay()
-    again = replay_of(tmp_path / "a.jsonl", replay, patience_s=0.0)
-    replay.over.set()  # nobody waits any more
+    replay_wire = replay_of(tmp_path / "a.jsonl", replay, patience_s=0.0)
+    replay.over.set()  # the run no longer waits
     with pytest.raises(DeviceTimeoutError, match="query A: it was never answered"):
-        again.exchange("query A", not_called)
-    assert again.exchange("make safe", not_called) == 0.0
+        replay_wire.exchange("query A", not_called)
+    assert replay_wire.exchange("make safe", not_called) == 0.0
 
 
 @pytest.mark.parametrize(("patience_s", "waits"), [(0.05, True), (10.0, False)])
-def test_an_answer_that_came_too_late_does_so_again(path, patience_s, waits):
-    class Waited:
+def test_late_answer_is_delayed_in_replay(path, patience_s, waits):
+    class Wait:
         seconds = None
 
         def wait(self, seconds):
@@ -270,32 +270,32 @@ def test_an_answer_that_came_too_late_does_so_again(path, patience_s, waits):
     text[0] = text[0][: text[0].index('"took_s"')] + '"took_s":0.25}'
     path.write_text("\n".join(text) + "\n")
     replay, tape = Replay(), TapeFile(path)
-    replay.over = Waited()
+    replay.over = Wait()
     ReplayWire(tape, replay, patience_s).exchange("write FORC 10", not_called)
     tape.close()
     assert replay.over.seconds == (0.25 if waits else None)
 
 
-def test_time_is_read_again_as_it_was(tmp_path, replay_of):
+def test_replayed_clock_returns_the_recorded_times(tmp_path, replay_of):
     plain = SimulatedClock(START)
     wire = RecordingWire(tmp_path / "clock.jsonl", Trouble())
 
     def use(clock):
-        seen = [clock.monotonic_s(), clock.utc()]
+        before = [clock.monotonic_s(), clock.utc()]
         clock.sleep(0.1)
-        return [*seen, clock.monotonic_s(), clock.utc()]
+        return [*before, clock.monotonic_s(), clock.utc()]
 
     plain.sleep(1 / 3)
-    seen = use(RecordedClock(plain, wire))
+    times = use(RecordedClock(plain, wire))
     wire.close()
     clock = ReplayedClock(replay_of(tmp_path / "clock.jsonl"), START)
-    assert use(clock) == seen
-    clock.sleep(2.0)  # the tape is over: time goes on by what is slept
-    assert clock.monotonic_s() == seen[2] + 2.0
-    assert (clock.utc() - seen[3]).total_seconds() == 2.0
+    assert use(clock) == times
+    clock.sleep(2.0)  # the tape is over: the clock advances by the sleep
+    assert clock.monotonic_s() == times[2] + 2.0
+    assert (clock.utc() - times[3]).total_seconds() == 2.0
 
 
-def test_a_clock_that_differs_never_raises_the_next_exchange_tells_it(tmp_path, path, replay_of):
+def test_clock_difference_is_reported_by_the_next_exchange(tmp_path, path, replay_of):
     wire = RecordingWire(tmp_path / "clock.jsonl", Trouble())
     RecordedClock(SimulatedClock(START), wire).utc()
     wire.close()
@@ -306,30 +306,30 @@ def test_a_clock_that_differs_never_raises_the_next_exchange_tells_it(tmp_path, 
         replay_of(path, replay).exchange("write FORC 10", not_called)
 
 
-def test_only_what_a_call_of_the_device_reads_of_the_time_is_on_tape(tmp_path):
+def test_only_clock_reads_of_a_device_call_are_recorded(tmp_path):
     wire, plain, calls = RecordingWire(tmp_path / "a", Trouble()), SimulatedClock(START), Calls()
     clock = CallClock(RecordedClock(plain, wire), plain, calls)
-    seen = []
+    listener_times = []
 
-    def listens():
-        seen.append(clock.monotonic_s())
+    def listen():
+        listener_times.append(clock.monotonic_s())
         clock.sleep(1.0)
-        seen.append(clock.utc())
+        listener_times.append(clock.utc())
 
-    def called():
-        thread = threading.Thread(target=listens)
+    def call():
+        thread = threading.Thread(target=listen)
         thread.start()
         thread.join()
         return clock.monotonic_s()
 
-    assert calls.exchange("connect", called) == 1.0
+    assert calls.exchange("connect", call) == 1.0
     assert clock.monotonic_s() == 1.0
     wire.close()
-    assert len(seen) == 2
+    assert len(listener_times) == 2
     assert (tmp_path / "a").read_text().count("\n") == 1
 
 
-def test_errors_keep_their_hints(tmp_path, replay_of):
+def test_replayed_errors_keep_their_hints(tmp_path, replay_of):
     wire = RecordingWire(tmp_path / "a.jsonl", Trouble())
     with pytest.raises(DeviceLostError):
         wire.exchange("read", failing(DeviceLostError("unplugged", hint="see the cable")))
@@ -339,7 +339,7 @@ def test_errors_keep_their_hints(tmp_path, replay_of):
     assert str(caught.value) == "unplugged (see the cable)"
 
 
-def test_tapes_are_never_written_over(path):
+def test_tapes_are_never_overwritten(path):
     trouble = Trouble()
     wire = RecordingWire(path, trouble)
     before = path.read_bytes()

@@ -1,4 +1,4 @@
-"""A lab folder is made of what a package brings, and of what every lab has."""
+"""A lab folder consists of the files of a package and of those of every lab."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ main: [{note: {text: warm}}]
 
 @pytest.fixture
 def oven(tmp_path, monkeypatch):
-    """Give a package that brings the lab of an oven, and return its registry by the files in it."""
+    """Return a function that makes the lab of an oven from files, and returns its registry."""
     monkeypatch.syspath_prepend(str(tmp_path))
 
     def make(**files):
@@ -48,7 +48,7 @@ def oven(tmp_path, monkeypatch):
     sys.modules.pop("oven_maker", None)
 
 
-def test_it_has_its_own_files_and_what_every_lab_has(oven, tmp_path):
+def test_lab_folder_has_its_own_and_the_common_files(oven, tmp_path):
     files = {"station.yaml": STATION, "procedures__heat.yaml": PROCEDURE}
     registry = oven(README_md="An oven.", **files)
     assert make_lab(tmp_path / "lab", registry) == ["procedures/heat.yaml"]
@@ -57,7 +57,7 @@ def test_it_has_its_own_files_and_what_every_lab_has(oven, tmp_path):
     assert not (tmp_path / "lab/plugins").exists()
 
 
-def test_another_lab_than_that_of_the_bearings_speaks_of_no_bearing(oven, tmp_path):
+def test_common_files_do_not_mention_bearings(oven, tmp_path):
     make_lab(tmp_path / "lab", oven(README_md="An oven."))
     pages = [
         path
@@ -70,12 +70,12 @@ def test_another_lab_than_that_of_the_bearings_speaks_of_no_bearing(oven, tmp_pa
         assert matches == [], path
 
 
-def test_without_a_lab_to_begin_with_it_says_so(tmp_path):
+def test_no_installed_lab_is_an_error(tmp_path):
     with pytest.raises(UsageError, match="expected one of: none is installed"):
         make_lab(tmp_path / "lab", Registry([]))
 
 
-def test_of_several_one_must_be_named(oven, tmp_path):
+def test_choice_among_several_labs_is_required(oven, tmp_path):
     shipped = [plugin for plugin in load_registry().plugins if plugin.kind == "lab"]
     registry = Registry([*oven(README_md="An oven.").plugins, *shipped])
     with pytest.raises(UsageError, match="expected one of: bearings, oven") as caught:
@@ -85,11 +85,11 @@ def test_of_several_one_must_be_named(oven, tmp_path):
     assert (tmp_path / "lab/README.md").read_text() == "An oven."
 
 
-def test_a_lab_that_is_not_there_is_named(tmp_path):
-    called = call("init", tmp_path / "lab", "--lab", "bearing")
-    assert called.code not in {ExitCode.PASS, ExitCode.BUG}
-    assert "there is no lab 'bearing'" in called.err
-    assert "bearings" in called.err
+def test_unknown_lab_is_reported(tmp_path):
+    result = call("init", tmp_path / "lab", "--lab", "bearing")
+    assert result.code not in {ExitCode.PASS, ExitCode.BUG}
+    assert "there is no lab 'bearing'" in result.err
+    assert "bearings" in result.err
 
 
 @pytest.mark.parametrize(
@@ -104,7 +104,7 @@ def test_a_lab_that_is_not_there_is_named(tmp_path):
         ),
     ],
 )
-def test_the_kit_fails_one_that_is_broken(oven, name, files, message):
+def test_conformance_kit_fails_an_incomplete_lab(oven, name, files, message):
     lab_checks = {check.name: check for check in checks("lab")}
     finding = examine_one(subject("lab", "oven", registry=oven(**files)), lab_checks[name])
     assert finding.state is State.FAIL

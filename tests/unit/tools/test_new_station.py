@@ -1,4 +1,4 @@
-"""All that is wrong in a new station is told at once, of whatever sort it is."""
+"""All problems of a new station are reported at once, whatever their kind."""
 
 from __future__ import annotations
 
@@ -59,7 +59,7 @@ safety:
   order: [tester.{drive}]
   drives: {{tester.load: {{max: {limit}}}}}
 """
-RIGHT = {
+CORRECT = {
     "eccentric": "2 mm",
     "tester": "seed: 1",
     "room": "swing_tester_sim",
@@ -89,9 +89,9 @@ MISTAKES = {
 }
 
 
-def checked(folder, **parts):
+def check(folder, **parts):
     station = folder / "new.yaml"
-    station.write_text(STATION.format(**{**RIGHT, **parts}), encoding="utf-8")
+    station.write_text(STATION.format(**{**CORRECT, **parts}), encoding="utf-8")
     procedure = folder / "try.yaml"
     text = PROCEDURE.replace(", bench: rotation_tester", "").replace(
         "  - record: {channels: [tester.angle, bench.torque], duration: 1 s}\n", ""
@@ -100,53 +100,53 @@ def checked(folder, **parts):
     return call("check", procedure, "--station", station)
 
 
-def test_nothing_is_wrong_with_the_right_one(tmp_path):
-    called = checked(tmp_path)
-    assert called.code == 0, called.err
+def test_correct_station_passes(tmp_path):
+    result = check(tmp_path)
+    assert result.code == 0, result.err
 
 
 @pytest.mark.parametrize("mistake", MISTAKES)
-def test_each_mistake_alone_is_one_problem(mistake, tmp_path):
+def test_each_mistake_is_reported_as_one_problem(mistake, tmp_path):
     wrong, words = MISTAKES[mistake]
-    called = checked(tmp_path, **{mistake: wrong})
-    errors = [line for line in called.err.splitlines() if "error:" in line]
-    assert called.code == 3
-    assert len(errors) == 1 + (mistake == "serial"), called.err  # it lacks its serial number, too
-    assert words in called.err
+    result = check(tmp_path, **{mistake: wrong})
+    errors = [line for line in result.err.splitlines() if "error:" in line]
+    assert result.code == 3
+    assert len(errors) == 1 + (mistake == "serial"), result.err  # it lacks its serial number, too
+    assert words in result.err
 
 
 def mistakes_without(*names):
     return {name: wrong for name, (wrong, _) in MISTAKES.items() if name not in names}
 
 
-def test_all_sorts_of_mistakes_are_told_at_once(tmp_path):
-    """But for what is looked at in the devices that could not be made.
+def test_all_kinds_of_mistakes_are_reported_at_once(tmp_path):
+    """Except those that are found in devices which could not be made.
 
-    Of a channel that is registered twice it is not known which entry is meant. What an analysis
-    asks of the register is told once the plan can be made (decision 63).
+    If a channel is registered twice, it is not clear which entry applies. What an analysis
+    requires of the register is reported once the plan can be made (decision 63).
     """
-    called = checked(tmp_path, **mistakes_without("tester", "second"))
+    result = check(tmp_path, **mistakes_without("tester", "second"))
     missing = {
         name: words
         for name, (_, words) in MISTAKES.items()
-        if name not in {"tester", "second", "low_pass"} and words not in called.err
+        if name not in {"tester", "second", "low_pass"} and words not in result.err
     }
-    assert missing == {}, called.err
+    assert missing == {}, result.err
 
 
-def test_what_follows_from_a_device_that_cannot_be_made_is_not_told(tmp_path):
-    called = checked(tmp_path, **mistakes_without("drive", "limit"))
-    assert "unknown key 'sede'" in called.err
-    assert "has no drive" not in called.err
-    assert "no device in the role 'tester'" not in called.err
+def test_consequences_of_a_failed_device_are_not_reported(tmp_path):
+    result = check(tmp_path, **mistakes_without("drive", "limit"))
+    assert "unknown key 'sede'" in result.err
+    assert "has no drive" not in result.err
+    assert "no device in the role 'tester'" not in result.err
 
 
-def test_a_station_that_is_loaded_alone_is_refused_with_all_of_its_own(tmp_path):
+def test_loading_a_station_reports_all_problems_of_the_file(tmp_path):
     station = tmp_path / "new.yaml"
-    parts = {**RIGHT, **mistakes_without()}
+    parts = {**CORRECT, **mistakes_without()}
     station.write_text(STATION.format(**parts), encoding="utf-8")
     with pytest.raises(InvalidFileError) as caught:
         load_station(station)
     text = str(caught.value)
-    of_the_file = ("full_scale", "second", "accuracy", "due", "serial", "reach")
-    assert [name for name in of_the_file if MISTAKES[name][1] not in text] == []
+    file_mistakes = ("full_scale", "second", "accuracy", "due", "serial", "reach")
+    assert [name for name in file_mistakes if MISTAKES[name][1] not in text] == []

@@ -1,4 +1,4 @@
-"""The entry of the register that a calibration gives: what must not be lost on the way."""
+"""The register entry that is made from a calibration run."""
 
 from __future__ import annotations
 
@@ -34,27 +34,27 @@ def result(name, value, at, unit="N·m"):
 TEN, IN_MNM = CoordinateValue(10.0, "N·m"), CoordinateValue(10_000.0, "mN·m")
 
 
-def point(*others, missing=()):
+def register_point(*others, missing=()):
     deviation = result("deviation", 0.02, TEN)
     run = SimpleNamespace(results=(deviation, *others), missing=missing)
     (entry,) = _points(run, [deviation])
     return entry
 
 
-def u_of(entry):
+def standard_uncertainty(entry):
     return float(entry["U"].split()[0]) / entry["k"]
 
 
 @pytest.mark.parametrize("at", [TEN, IN_MNM], ids=["as the deviation", "in another unit"])
 @pytest.mark.parametrize(("value", "unit"), [(0.020, "N·m"), (20.0, "mN·m")])
-def test_a_reproducibility_enters_in_whatever_unit_it_is_stated(value, unit, at):
-    """20 mN·m between the extremes of a sine: half of it over √2, with 1 mN·m of the reading."""
-    entry = point(result("reproducibility", value, at, unit))
-    assert u_of(entry) == pytest.approx((0.010**2 / 2 + 0.001**2) ** 0.5, rel=6e-3)
+def test_reproducibility_is_converted_from_its_unit(value, unit, at):
+    """20 mN·m between the extremes of a sine: half of it over √2, plus 1 mN·m of the reading."""
+    entry = register_point(result("reproducibility", value, at, unit))
+    assert standard_uncertainty(entry) == pytest.approx((0.010**2 / 2 + 0.001**2) ** 0.5, rel=6e-3)
 
 
-def test_without_a_reproducibility_the_deviation_stands_alone():
-    assert u_of(point()) == pytest.approx(0.001, rel=2e-3)
+def test_uncertainty_without_reproducibility_is_that_of_the_deviation():
+    assert standard_uncertainty(register_point()) == pytest.approx(0.001, rel=2e-3)
 
 
 @pytest.mark.parametrize(
@@ -66,14 +66,14 @@ def test_without_a_reproducibility_the_deviation_stands_alone():
     ],
     ids=["elsewhere", "a ratio", "missing"],
 )
-def test_a_reproducibility_that_cannot_enter_is_refused(others, missing, message):
+def test_incompatible_or_missing_reproducibility_is_refused(others, missing, message):
     gaps = [MissingResult(of=ResultDefinition(name=n, unit="N·m"), why="-") for n in missing]
     with pytest.raises(DataError, match=message):
-        point(*others, missing=gaps)
+        register_point(*others, missing=gaps)
 
 
-def test_what_is_indicated_has_the_digits_that_its_uncertainty_bears():
-    """1.2 µV off at 10 V, U = 0.5 µV: seven digits, 10.00000 V, would lose the deviation."""
+def test_indicated_value_has_the_digits_of_its_uncertainty():
+    """A deviation of 1.2 µV at 10 V, U = 0.5 µV: seven digits, 10.00000 V, would lose it."""
     line = Component("reading", 0.25, math.inf, "normal", common=True)
     deviation = MeasurementResult(
         of=ResultDefinition(name="deviation", unit="µV", per=("source.voltage",)),
@@ -87,8 +87,8 @@ def test_what_is_indicated_has_the_digits_that_its_uncertainty_bears():
     assert entry["U"] == "0.49 µV"
 
 
-def test_the_zero_brings_its_own_errors_and_takes_the_shared_ones_with_it():
-    """Indicated less the zero: an offset cancels, a resolution acts twice, a gain by the rest."""
+def test_zero_adds_its_own_errors_and_cancels_shared_ones():
+    """Indication minus zero: an offset cancels, resolution counts twice, gain by the difference."""
 
     def lines(gain, offset):
         return (
@@ -106,7 +106,7 @@ def test_the_zero_brings_its_own_errors_and_takes_the_shared_ones_with_it():
     ]
     (entry,) = _points(SimpleNamespace(results=deviations, missing=()), deviations)
     expected = math.sqrt(2 * 0.003**2 + (0.007 - 0.001) ** 2 + 2 * 0.004**2)
-    assert u_of(entry) == pytest.approx(expected, rel=6e-3)
+    assert standard_uncertainty(entry) == pytest.approx(expected, rel=6e-3)
     assert entry["indicated"].startswith("10.02")
 
 
@@ -120,8 +120,8 @@ def test_the_zero_brings_its_own_errors_and_takes_the_shared_ones_with_it():
         ("force", "N", "N", True),
     ],
 )
-def test_the_points_correct_what_the_instrument_shows(quantity, symbol, difference, less_zero):
-    """0.3 too high at 0, 0.7 at 100: only of a force, which is zeroed, it is 0.4 at 100."""
+def test_points_correct_the_indications(quantity, symbol, difference, less_zero):
+    """0.3 too high at 0, 0.7 at 100; for a force, which is zeroed, 0.4 at 100."""
     per_unit = unit(symbol).factor / unit(difference).factor
     off = {0.0: 0.3, 50.0: 0.5, 100.0: 0.7}
     deviations = [
@@ -139,7 +139,7 @@ def test_the_points_correct_what_the_instrument_shows(quantity, symbol, differen
 
 
 @pytest.mark.parametrize("serial", ["null", "True", "no", "SN 1", "a: b", "- x", "Größe"])
-def test_a_serial_number_is_read_again_as_the_text_that_it_is(serial):
+def test_serial_number_round_trips_as_text(serial):
     lines = Entry({"channel": "a.b", "serial": serial, "points": [{"applied": "1 N"}]}).lines
     (entry,) = parse(f"instruments:\n{lines}\n", "station.yaml").data["instruments"]
     assert entry == {"channel": "a.b", "serial": serial, "points": [{"applied": "1 N"}]}
@@ -189,42 +189,40 @@ analysis:
     ("corrected", "options"),
     [("", ()), ("interpolation: linear,", ()), ("interpolation: linear,", ("--serial", "V-2"))],
 )
-def test_the_deviation_of_corrected_readings_is_none_of_the_instrument(
-    tmp_path, corrected, options
-):
-    """By its last calibration 1 % too high, a meter that shows 10.2 V at 10 V stood as 10.1 V."""
+def test_deviation_of_corrected_readings_is_refused(tmp_path, corrected, options):
+    """With its last correction of 1 %, a meter that shows 10.2 V at 10 V would read 10.1 V."""
     station = STATION.replace("CORRECTED", corrected)
     procedure, bench = written(tmp_path, procedure=PROCEDURE, station=station)
     runs = tmp_path / "runs"
-    ran = call("run", procedure, "--station", bench, "--unattended", "--runs", runs)
-    assert ran.code == 0, ran.err
+    run = call("run", procedure, "--station", bench, "--unattended", "--runs", runs)
+    assert run.code == 0, run.err
     (folder,) = runs.iterdir()
     arguments = ("--channel", "bench.indicated", "--due", "2099-01-01", *options)
-    called = call("register", "from", folder, *arguments)
+    registered = call("register", "from", folder, *arguments)
     if corrected:
-        assert called.code != 0
+        assert registered.code != 0
         message = "bench.indicated was read with the correction of its earlier calibration"
-        assert message in called.err
+        assert message in registered.err
     else:
-        assert 'indicated: "10.2' in called.out, called.err
+        assert 'indicated: "10.2' in registered.out, registered.err
 
 
-def test_a_deviation_with_the_wrong_sign_is_none(tmp_path):
-    turned = (
+def test_deviation_with_the_wrong_sign_is_refused(tmp_path):
+    swap = (
         "of: bench.indicated, minus: bench.applied",
         "of: bench.applied, minus: bench.indicated",
     )
     station = STATION.replace("CORRECTED", "")
-    procedure, bench = written(tmp_path, turned, procedure=PROCEDURE, station=station)
+    procedure, bench = written(tmp_path, swap, procedure=PROCEDURE, station=station)
     runs = tmp_path / "runs"
-    ran = call("run", procedure, "--station", bench, "--unattended", "--runs", runs)
-    assert ran.code == 0, ran.err
+    run = call("run", procedure, "--station", bench, "--unattended", "--runs", runs)
+    assert run.code == 0, run.err
     (folder,) = runs.iterdir()
     arguments = ("--channel", "bench.indicated", "--due", "2099-01-01")
-    called = call("register", "from", folder, *arguments)
-    assert called.code != 0
+    registered = call("register", "from", folder, *arguments)
+    assert registered.code != 0
     message = "deviation is bench.applied less bench.indicated, which is the instrument V-1"
-    assert message in called.err
+    assert message in registered.err
 
 
 @pytest.mark.parametrize(
@@ -235,18 +233,18 @@ def test_a_deviation_with_the_wrong_sign_is_none(tmp_path):
         ("calibration: recorded", True),
     ],
 )
-def test_an_entry_is_a_trial_if_its_standard_was_not_calibrated(tmp_path, standard, is_trial):
-    """Not if the instrument itself was not: that is what the run was for."""
+def test_entry_is_a_trial_if_the_standard_was_not_calibrated(tmp_path, standard, is_trial):
+    """The instrument itself need not be calibrated: that is the purpose of the run."""
     station = STATION.replace("CORRECTED", "").replace(
         "serial: C-1, calibration: recorded", f"serial: C-1, {standard}"
     )
     procedure, bench = written(tmp_path, procedure=PROCEDURE, station=station)
     runs = tmp_path / "runs"
-    who = ("--override", "overdue", "--by", "A", "--reason", "none") if "2020" in standard else ()
-    ran = call("run", procedure, "--station", bench, "--unattended", "--runs", runs, *who)
-    assert ran.code == 0, ran.err
+    flags = ("--override", "overdue", "--by", "A", "--reason", "none") if "2020" in standard else ()
+    run = call("run", procedure, "--station", bench, "--unattended", "--runs", runs, *flags)
+    assert run.code == 0, run.err
     (folder,) = runs.iterdir()
     arguments = ("--channel", "bench.indicated", "--due", "2099-01-01")
-    called = call("register", "from", folder, *arguments)
-    assert called.code == 0, called.err
-    assert ("calibration: trial" in called.out) is is_trial
+    registered = call("register", "from", folder, *arguments)
+    assert registered.code == 0, registered.err
+    assert ("calibration: trial" in registered.out) is is_trial

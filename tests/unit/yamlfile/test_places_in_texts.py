@@ -1,4 +1,4 @@
-"""Where in a file a character of a text stands, however the text is written."""
+"""The location in the file of a character of a text, in each YAML style."""
 
 from __future__ import annotations
 
@@ -33,8 +33,8 @@ class Formula(Settings):
 
 
 @pytest.mark.parametrize("written", WRITTEN.values(), ids=WRITTEN)
-def test_the_place_is_that_of_the_character(written):
-    """The only q is what is wrong, and line and column are those where the file has it."""
+def test_location_is_that_of_the_character(written):
+    """The q is the error, and the location is its line and column in the file."""
     before = written[: written.index("q")]
     expected = before.count("\n") + 1, len(before) - before.rfind("\n")
     with pytest.raises(InvalidFileError) as caught:
@@ -44,7 +44,7 @@ def test_the_place_is_that_of_the_character(written):
     assert (problem.location.line, problem.location.column) == expected
 
 
-def test_of_a_text_with_escapes_it_is_the_place_of_the_whole():
+def test_location_in_a_text_with_escapes_is_that_of_the_text():
     with pytest.raises(InvalidFileError) as caught:
         validate(Formula, parse('model: "U\\x2b q"', "a.yaml"))
     assert caught.value.problems[0].location.column == 8

@@ -1,4 +1,4 @@
-"""Whatever a file holds: a tree, or a message with its place, within a second."""
+"""Any file gives a tree, or a message with its location, in limited time."""
 
 from __future__ import annotations
 
@@ -50,16 +50,16 @@ def refusal(text: str) -> str:
         ("a: [1,5 N, 3 N]\n", "1:7: a: there is a decimal comma before '5 N'"),
     ],
 )  # fmt: skip
-def test_refusals_say_where_and_what(text, start):
+def test_invalid_text_is_refused_with_location_and_message(text, start):
     assert refusal(text).startswith(f"f.yaml:{start}")
 
 
-def test_an_open_quote_is_pointed_at():
+def test_unclosed_quote_is_located():
     assert "begins at f.yaml:2:4" in refusal("a: 1\nb: 'it\nc: 1\n")
 
 
 @pytest.mark.parametrize("text", ["a: [1,5]", "a: [1 Hz,5 Hz]", "a: [1, 5 N]", "a: {b: 1, 5 N: 2}"])
-def test_lists_without_decimal_commas_pass(text):
+def test_commas_between_values_are_not_taken_for_decimal_commas(text):
     parse(text, "f.yaml")
 
 
@@ -69,7 +69,7 @@ def test_all_problems_are_reported_at_once():
     assert [problem.location.line for problem in problems] == [1, 2, 2, 3]
 
 
-def test_a_third_key_is_told_of_the_first():
+def test_repeated_keys_refer_to_the_first():
     assert [p.message[-10:] for p in problems_of(parse, "a: 1\na: 2\na: 3\n", "f.yaml")] == [
         "f.yaml:1:1",
         "f.yaml:1:1",
@@ -95,7 +95,7 @@ def test_a_third_key_is_told_of_the_first():
         ("a: 1".encode("utf-16"), "the file is UTF-16, not UTF-8"),
     ],
 )  # fmt: skip
-def test_hostile_files_end_in_a_message_in_time(tmp_path, content, message):
+def test_hostile_files_are_refused_in_limited_time(tmp_path, content, message):
     path = tmp_path / "hostile.yaml"
     path.write_bytes(content)
 
@@ -107,7 +107,7 @@ def test_hostile_files_end_in_a_message_in_time(tmp_path, content, message):
     assert problems[-1].location.file == str(path)
 
 
-def test_a_file_of_100_mb_is_not_read_whole(tmp_path):
+def test_huge_file_is_not_read_completely(tmp_path):
     path = tmp_path / "huge.yaml"
     with path.open("wb") as file:
         file.write(b"a: 1\n" * 1000)
@@ -120,17 +120,17 @@ def test_a_file_of_100_mb_is_not_read_whole(tmp_path):
     assert most_bytes < 10_000_000
 
 
-def test_a_file_that_is_not_there(tmp_path):
+def test_missing_file_cannot_be_read(tmp_path):
     problem = only_problem(read, tmp_path / "none.yaml")
 
     assert problem.message == "cannot be read: No such file or directory"
 
 
-def test_a_folder_is_no_file(tmp_path):
+def test_folder_cannot_be_read(tmp_path):
     assert "cannot be read" in only_problem(read, tmp_path).message
 
 
-def test_a_byte_order_mark_and_dos_line_ends_are_read(tmp_path):
+def test_byte_order_mark_and_dos_line_ends_are_read(tmp_path):
     path = tmp_path / "windows.yaml"
     path.write_bytes(b"\xef\xbb\xbfa: 1\r\nb: [2,\r\n  x]\r\n")
     document = read(path)
@@ -140,7 +140,7 @@ def test_a_byte_order_mark_and_dos_line_ends_are_read(tmp_path):
     assert str(document.where(("b", 1))) == f"{path}:3:3"
 
 
-def test_where_counts_characters_and_knows_keys_and_values():
+def test_where_counts_characters_of_keys_and_values():
     document = parse("µ: {größe: [ä, b]}\n", "f.yaml")
 
     assert str(document.where(("µ", "größe"), key=True)) == "f.yaml:1:5"
@@ -163,7 +163,7 @@ TREES = st.recursive(
 
 @settings(max_examples=examples(150), deadline=None)
 @given(TREES)
-def test_what_a_json_writer_writes_comes_back(tree):
+def test_json_round_trips(tree):
     text = json.dumps({"tree": tree}, ensure_ascii=False, indent=1)
 
     assert parse(text, "f.yaml").data == {"tree": tree}
@@ -172,7 +172,7 @@ def test_what_a_json_writer_writes_comes_back(tree):
 @settings(max_examples=examples(300), deadline=None)
 @given(st.text(alphabet="ab01 \n\t:-[]{},'\"#&*!|>%@`?.~\r\x85\u2028é", max_size=40))
 @example("a: >-1x\n")
-def test_any_text_is_read_or_refused_with_a_place(text):
+def test_any_text_is_read_or_refused_with_a_location(text):
     problems = ()
     try:
         parse(text, "f.yaml")
@@ -194,6 +194,6 @@ def test_any_bytes_are_read_or_refused(tmp_path_factory, content):
     ("text", "hint"),
     [("a: {max: 1,5 N}", "'1.5 N'"), ("a: [0,05 N]", "'0.05 N'"), ("<<: {a: 1}", "$name")],
 )
-def test_what_is_refused_is_written_out_as_it_was_meant(text, hint):
+def test_hint_shows_the_intended_form(text, hint):
     (problem,) = problems_of(parse, text, "f.yaml")
     assert hint in problem.hint

@@ -1,4 +1,4 @@
-"""Unquoted scalars: YAML 1.2's core, and a refusal where a person might mean something else."""
+"""Unquoted scalars: the YAML 1.2 core schema; ambiguous ones are refused."""
 
 from __future__ import annotations
 
@@ -25,11 +25,11 @@ def value_of(text: str) -> object:
         ("1e3", 1000.0), ("1E-2", 0.01), ("0.5", 0.5), ("0e1", 0.0),
     ],
 )  # fmt: skip
-def test_yaml_1_2_scalars(text, value):
-    got = value_of(text)
+def test_yaml_1_2_core_scalars(text, value):
+    scalar = value_of(text)
 
-    assert got == value
-    assert type(got) is type(value)
+    assert scalar == value
+    assert type(scalar) is type(value)
 
 
 @pytest.mark.parametrize(
@@ -37,7 +37,7 @@ def test_yaml_1_2_scalars(text, value):
     ["no", "yes", "off", "on", "y", "N", "No", "10:30", "1:30:00", "2026-01-05", "1_000",
      "0x1F", "0o17", "0b1", "1,5", "inf", "NaN", "5 Hz", "1.2.3", "<<", "=", "truE"],
 )  # fmt: skip
-def test_all_else_stays_the_text_that_it_is(text):
+def test_other_scalars_are_texts(text):
     assert value_of(text) == text
 
 
@@ -51,7 +51,7 @@ def test_quoted_scalars_are_texts(text, quote):
     ("text", "number"),
     [("010", "10"), ("-007.5", "-7.5"), ("00", "0"), ("00.5", "0.5"), ("0001", "1"), ("+01", "+1")],
 )
-def test_leading_zeros_are_refused_with_both_readings(text, number):
+def test_leading_zeros_are_refused_with_both_interpretations(text, number):
     problem = only_problem(value_of, text)
 
     assert str(problem.location) == "f.yaml:1:6"
@@ -60,7 +60,7 @@ def test_leading_zeros_are_refused_with_both_readings(text, number):
 
 
 @pytest.mark.parametrize("text", [".inf", "-.inf", ".NaN", "1e999", "-1e400", "9" * 5000])
-def test_numbers_without_end_are_refused(text):
+def test_non_finite_numbers_are_refused(text):
     problem = only_problem(value_of, text)
 
     assert problem.field == "key"
@@ -69,8 +69,8 @@ def test_numbers_without_end_are_refused(text):
 
 @settings(max_examples=examples(200), deadline=None)
 @given(st.integers(-(10**15), 10**15) | st.floats(allow_nan=False, allow_infinity=False))
-def test_numbers_come_back(number):
-    got = value_of(repr(number))
+def test_numbers_round_trip(number):
+    scalar = value_of(repr(number))
 
-    assert got == number
-    assert math.copysign(1, got) == math.copysign(1, number)
+    assert scalar == number
+    assert math.copysign(1, scalar) == math.copysign(1, number)

@@ -1,4 +1,4 @@
-"""Texts of an older form of the language in today's: what they say, and how they look."""
+"""The upgrade of texts in an older form of the language, with their layout."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ HEAD = "rigrunner: procedure/1\n"
 NEW = "rigrunner: procedure/2\n"
 
 
-def test_the_keys_of_an_analysis_stand_under_its_name_with_their_comments():
+def test_analysis_keys_are_moved_under_its_name_with_comments():
     text = (
         "# of a lab\nrigrunner: procedure/1   # the form\nid: X\nanalysis:   # why\n"
         "  # first\n  outliers: {grubbs: {alpha: 0.05}}\n\n  fits:\n  - polynomial: {degree: 2}\n"
@@ -47,11 +47,11 @@ def test_the_keys_of_an_analysis_stand_under_its_name_with_their_comments():
          "analysis:\n  - breakaway: {window: 4 deg, outliers: mad}\n"),
     ],
 )  # fmt: skip
-def test_each_way_to_lay_it_out(before, after):
+def test_every_layout_is_upgraded(before, after):
     assert upgraded(HEAD + before, "p.yaml") == NEW + after
 
 
-def test_a_procedure_as_json_of_a_run_by_hand():
+def test_json_procedure_is_upgraded():
     text = '{\n "rigrunner": "procedure/1",\n "analysis": {\n  "starts": {},\n  "fits": []\n }\n}'
     assert parse(upgraded(text, "p"), "p").data == {
         "rigrunner": "procedure/2",
@@ -60,11 +60,11 @@ def test_a_procedure_as_json_of_a_run_by_hand():
 
 
 @pytest.mark.parametrize("text", [NEW + "analysis: []\n", "rigrunner: import/1\n", "- a\n", "7\n"])
-def test_what_has_todays_form_stays_as_it_is(text):
+def test_current_text_is_unchanged(text):
     assert upgraded(text, "p.yaml") == text
 
 
-def test_what_cannot_be_edited_is_refused_and_not_misread():
+def test_text_that_cannot_be_edited_is_refused():
     text = HEAD + "? analysis\n:\n  outliers: mad\n"
     problem = only_problem(upgraded, text, "p.yaml")
 
@@ -100,13 +100,13 @@ MEASURAND = "measurand: {nature: total, condition: from_rest}"
     ],
 )  # fmt: skip
 @pytest.mark.parametrize("mark", ["procedure/2", "acceptance/1"])
-def test_a_limit_of_before_is_one_of_the_torque(before, after, mark):
+def test_older_limit_becomes_a_limit_of_the_torque(before, after, mark):
     head = f"rigrunner: {mark}\nacceptance:\n"
     assert upgraded(head + before, "p.yaml") == head + after
     assert upgraded(head + after, "p.yaml") == head + after
 
 
-def test_limits_of_procedure_1_are_upgraded_with_its_analysis():
+def test_limits_and_analysis_are_upgraded_together():
     text = '{"rigrunner": "procedure/1", "analysis": {}, "acceptance": {"limit": {"max": "1 N·m"}}}'
     content = parse(upgraded(text, "p"), "p").data
     limit = {"of": "torque", "mean": "yes", "max": "1 N·m"}
@@ -117,14 +117,14 @@ def test_limits_of_procedure_1_are_upgraded_with_its_analysis():
     }
 
 
-def test_limits_of_before_are_refused_with_the_command_to_type():
+def test_older_limits_are_refused_with_the_upgrade_command():
     text = f"rigrunner: acceptance/1\nacceptance:\n  limit: {{max: 1 N·m, {MEASURAND}}}\n"
     problem = only_problem(refuse_older, parse(text, "my limits.yaml"))
     assert (problem.field, problem.location.line) == ("acceptance.limit", 3)
     assert problem.hint == "type 'rigrunner upgrade 'my limits.yaml''"
 
 
-def test_limits_that_a_document_carries_are_read_in_todays_form():
+def test_older_limits_of_a_document_are_upgraded():
     older = {"limit": {"max": "1 N·m", "of": "each_frequency"}, "rule": "simple"}
     limit = {"of": "torque", "each": "frequency", "max": "1 N·m"}
     assert upgraded_acceptance(older) == {"limits": [limit], "rule": "simple"}

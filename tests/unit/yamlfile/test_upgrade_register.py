@@ -1,4 +1,4 @@
-"""The register of a station in its older form, in today's: what it says, and how it looks."""
+"""The upgrade of a station's register from its older form, with its layout."""
 
 from __future__ import annotations
 
@@ -41,23 +41,23 @@ BLOCK = """  - channel: a.b
          "  - {channel: a.b, accuracy: {overall: 1 % FS, creep: {limit: 1 mN·m}}, id: x}\n"),
     ],
 )  # fmt: skip
-def test_errors_stand_under_accuracy_with_their_comments(before, after):
+def test_errors_are_moved_under_accuracy_with_comments(before, after):
     assert upgraded(HEAD + before, "s.yaml") == HEAD + after
     assert upgraded(HEAD + after, "s.yaml") == HEAD + after
 
 
-def test_what_cannot_be_edited_is_refused():
+def test_register_that_cannot_be_edited_is_refused():
     text = HEAD + "  - errors: {creep: {limit: 1 mN·m}}\n    accuracy: 1 % FS\n"
     with pytest.raises(InvalidFileError, match="its register cannot be upgraded"):
         upgraded(text, "s.yaml")
 
 
-def test_a_station_in_the_older_form_is_refused_and_that_of_a_run_read():
+def test_older_station_is_refused_unless_stored_with_a_run():
     older = STATION.replace("    serial: T-1\n", f"    serial: T-1\n    {ERRORS}")
     problem = only_problem(parse_station, older, "s.yaml")
     assert problem.field == "instruments[0].errors"
     assert problem.hint == "type 'rigrunner upgrade s.yaml'"
-    (read,) = parse_station(older, "run", stored=True).model.instruments
-    (today,) = parse_station(upgraded(older, "s.yaml"), "s.yaml").model.instruments
-    assert read == today
-    assert today.half_width("creep", 5.0) == 0.005
+    (stored,) = parse_station(older, "run", stored=True).model.instruments
+    (upgraded_entry,) = parse_station(upgraded(older, "s.yaml"), "s.yaml").model.instruments
+    assert stored == upgraded_entry
+    assert upgraded_entry.half_width("creep", 5.0) == 0.005

@@ -1,4 +1,4 @@
-"""Pydantic's errors in a technician's words, at the right place."""
+"""Pydantic's errors in plain words, at the right location."""
 
 from __future__ import annotations
 
@@ -54,7 +54,7 @@ class Marked(Settings):
         ),
     ],
 )
-def test_of_a_file_of_another_kind_only_that_is_told(mark, messages):
+def test_wrong_kind_of_file_is_the_only_problem_reported(mark, messages):
     document = parse(f"rigrunner: {mark}\ndevices: {{}}\n", "f.yaml")
     problems = problems_of(lambda: validate(Marked, document))
     assert sorted(problem.message for problem in problems) == messages
@@ -101,23 +101,23 @@ def document(text: str) -> Document:
          "2:28: by_name.a.zzz: unknown key 'zzz' (known keys: speed, mode)"),
     ],
 )  # fmt: skip
-def test_each_error_names_place_field_got_and_allowed(text, expected):
+def test_each_error_names_location_field_value_and_expectation(text, expected):
     assert str(only_problem(validate, Model, document(text))) == f"f.yaml:{expected}"
 
 
-def test_a_missing_key_points_at_the_key_that_should_hold_it():
+def test_missing_key_is_located_at_the_parent_key():
     problem = only_problem(validate, Model, parse("count: 2\n", "f.yaml"))
 
     assert str(problem) == "f.yaml:1:1: name: the key 'name' is missing"
 
 
-def test_a_wrong_item_does_not_make_its_list_too_short():
+def test_wrong_item_does_not_make_its_list_too_short():
     (problem,) = problems_of(validate, Model, document("some: [{speed: 5}]"))
 
     assert problem.field == "some[0].speed"
 
 
-def test_unions_leave_no_trace_in_the_field():
+def test_field_does_not_show_the_member_of_a_union():
     problems = problems_of(validate, Model, document("either: {speed: 5 N, force: 5 N}"))
 
     assert {problem.field for problem in problems} <= {"either.speed", "either.force"}
@@ -125,7 +125,7 @@ def test_unions_leave_no_trace_in_the_field():
     assert hints == {"known keys: force"}
 
 
-def test_all_problems_come_at_once_up_to_a_limit():
+def test_problems_are_reported_at_once_up_to_a_limit():
     text = "inners:\n" + "  - {speed: 5}\n" * 200
     problems = problems_of(validate, Model, document(text))
 
@@ -134,17 +134,17 @@ def test_all_problems_come_at_once_up_to_a_limit():
 
 
 @pytest.mark.parametrize("text", ["inner: {speed: 5 Hz}", "quiet: yes", "quiet: true"])
-def test_what_is_right_passes(text):
+def test_valid_texts_pass(text):
     validate(Model, document(text))
 
 
-def test_yes_and_no_are_read_where_a_model_asks_for_them():
+def test_yes_and_no_are_booleans_only_in_yes_no_fields():
     assert validate(Model, document("quiet: yes")).quiet is True
     assert validate(Model, document("quiet: no")).quiet is False
     assert validate(Model, document("words: [yes, no]")).words == ("yes", "no")
 
 
-def test_a_part_of_a_document_keeps_its_places():
+def test_part_of_a_document_keeps_its_locations():
     tree = parse("a:\n  b: {speed: 5}\n  c:\n", "f.yaml")
 
     problem = only_problem(validate, Inner, tree, ("a", "b"))
@@ -152,12 +152,12 @@ def test_a_part_of_a_document_keeps_its_places():
     assert problem.field == "a.b.speed"
     empty = only_problem(validate, Inner, tree, ("a", "c"))
     assert str(empty.location) == "f.yaml:3:3"
-    absent = only_problem(validate, Inner, tree, ("a", "d", "e"))
-    assert str(absent.location) == "f.yaml:1:1"
-    assert absent.field == "a.d.e.speed"
+    missing = only_problem(validate, Inner, tree, ("a", "d", "e"))
+    assert str(missing.location) == "f.yaml:1:1"
+    assert missing.field == "a.d.e.speed"
 
 
-def test_long_values_do_not_fill_the_screen():
+def test_long_values_are_shortened_in_messages():
     problem = only_problem(validate, Model, document(f"count: {'x' * 10_000}"))
 
     assert len(str(problem)) < 200
@@ -167,7 +167,7 @@ class Either(Settings):
     value: str | float | bool
 
 
-def test_what_is_none_of_several_kinds_is_one_problem():
+def test_value_of_no_type_of_a_union_is_one_problem():
     (problem,) = problems_of(lambda: validate(Either, parse("value: {a: 1}\n", "f.yaml")))
     assert problem.message == "got a mapping of a, expected a text or a number or true or false"
 
@@ -180,7 +180,7 @@ class Share(Settings):
     ("value", "hint"),
     [("0.3", "'0.3 %' or '0.3 1'"), ("3 °F", "units of ratio: 1, %"), ("3 Hz", "1, %")],
 )
-def test_a_unit_of_something_else_is_never_suggested(value, hint):
+def test_unit_of_another_quantity_is_never_suggested(value, hint):
     (problem,) = problems_of(lambda: validate(Share, parse(f"gain: {value}\n", "f.yaml")))
     assert hint in problem.hint
     assert "did you mean" not in problem.hint

@@ -73,7 +73,6 @@ class Heartbeat:
 
 
 _T = TypeVar("_T")
-_NOT_TOLD = "not told"
 _BASIC_OBJECTS = range(3)
 """Maker, product and revision (Application Protocol Specification V1.1b3, clause 6.21)."""
 
@@ -252,9 +251,9 @@ class ModbusDevice(Driver):
                     hint="is it another instrument, or must the station be updated?",
                 )
         return Identity(
-            maker=texts["maker"] or _NOT_TOLD,
+            maker=texts["maker"] or "unknown",
             model=texts["model"] or f"Modbus {settings.where}",
-            serial=texts["serial"] or _NOT_TOLD,
+            serial=texts["serial"] or "not told",
             firmware=texts["firmware"],
             simulated=settings.simulated,
         )

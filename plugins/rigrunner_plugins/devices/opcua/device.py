@@ -33,7 +33,6 @@ if TYPE_CHECKING:
     )
     from rigrunner_plugins.devices.opcua.types import Type
 
-_NOT_TOLD = "not told"
 _PARTS = ("maker", "model", "serial", "firmware")
 
 
@@ -136,7 +135,8 @@ class OpcUa(Driver):
                     f" expected '{expected}'",
                     hint="is it another instrument, or must the station be updated?",
                 )
-        maker, model, serial, firmware = (texts.get(part) or _NOT_TOLD for part in _PARTS)
+        maker = texts.get("maker") or "unknown"
+        model, serial, firmware = (texts.get(part) or "not told" for part in _PARTS[1:])
         return Identity(maker, model, serial, firmware)
 
     def _ask_identity(self) -> list[str]:

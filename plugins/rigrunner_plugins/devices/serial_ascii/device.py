@@ -120,7 +120,7 @@ class SerialAscii(Driver):
                 ) from error
 
         answer = self.exchange(f"query {identification.query}", ask)
-        return Identity("(maker not told)", answer, "")
+        return Identity("unknown", answer, "")
 
     def _open(self) -> None:
         self._drop()

@@ -176,6 +176,6 @@ def identity_of(answer: str, *, simulated: bool = False) -> Identity:
     """
     fields = [field.strip() for field in answer.strip().split(",", 3)]
     if len(fields) < 4:  # noqa: PLR2004  (the fields of *IDN?)
-        return Identity("(maker not told)", answer.strip(), "", simulated=simulated)
+        return Identity("unknown", answer.strip(), "", simulated=simulated)
     maker, model, serial, firmware = ("" if field == "0" else field for field in fields)
     return Identity(maker, model, serial, firmware, simulated=simulated)

@@ -28,8 +28,11 @@ from rigrunner.yamlfile import parse, validate
 from rigrunner.yamlfile.reader import read_text
 
 if TYPE_CHECKING:
+    from collections.abc import Iterator
+
     from rigrunner.api.quantity import Quantity
     from rigrunner.yamlfile import Document
+    from rigrunner.yamlfile.document import Path as DocumentPath
 
 IMPORTER = "importer"
 
@@ -213,6 +216,16 @@ class ImportMapping(Settings):
         """Return the readings of a channel at rest, one for each zero of the procedure."""
         zeros = self.zeros[member]
         return zeros if isinstance(zeros, tuple) else (zeros,)
+
+    def parts(self) -> Iterator[tuple[DocumentPath, Part]]:
+        """Yield each recording, also those at rest, with its place in the mapping."""
+        for index, entry in enumerate(self.recordings):
+            yield ("recordings", index), entry
+        for member, specs in self.zeros.items():
+            for index, zero in enumerate(self.zeros_of(member)):
+                if isinstance(zero, Part):
+                    place: DocumentPath = ("zeros", member)
+                    yield (*place, index) if isinstance(specs, tuple) else place, zero
 
     @model_validator(mode="after")
     def _check_times(self) -> Self:

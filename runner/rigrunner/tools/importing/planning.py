@@ -64,10 +64,10 @@ def plan_import(
         planned = replace(planned, approval=draft)
     importer, reader = _make_importer(mapping, planned.registry)
     matched = match(mapping, planned)
-    for index, entry in enumerate(model.recordings):
-        if not mapping.file(entry.file).is_file():
-            message = f"there is no file '{entry.file}' in {mapping.path.parent}"
-            raise fault(mapping, ("recordings", index, "file"), message)
+    for path, part in model.parts():
+        if not mapping.file(part.file).is_file():
+            message = f"there is no file '{part.file}' in {mapping.path.parent}"
+            raise fault(mapping, (*path, "file"), message)
     return PlannedImport(mapping, planned, matched, importer, reader)
 
 

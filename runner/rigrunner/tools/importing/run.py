@@ -16,7 +16,6 @@ from rigrunner.run.finish import finish
 from rigrunner.run.provenance import SIMULATED, software
 from rigrunner.run.record import header_of, open_log
 from rigrunner.runfile import RunWriter, create_run_folder, run_lock
-from rigrunner.tools.importing.mapping import Part
 from rigrunner.tools.importing.writing import write_run
 
 if TYPE_CHECKING:
@@ -53,9 +52,7 @@ def import_run(
     is_recorded = False
     try:
         with run_lock(folder):
-            zeros = (zero for name in mapping.model.zeros for zero in mapping.model.zeros_of(name))
-            parts = [*mapping.model.recordings, *(zero for zero in zeros if isinstance(zero, Part))]
-            files = dict.fromkeys(part.file for part in parts)
+            files = dict.fromkeys(part.file for _, part in mapping.model.parts())
             digests = {name: _digest(mapping.file(name)) for name in files}
             header = _header(checked, folder.name, digests)
             with RunWriter(folder, header) as writer, open_log(folder) as log:

@@ -1,4 +1,4 @@
-"""What keeps a certificate from being issued though everything is there."""
+"""Reasons to refuse a certificate although its content is complete."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ def request(folder, reason=""):
     return SimpleNamespace(letterhead=folder, further_copy=reason, authorisation=by)
 
 
-def test_a_certificate_is_not_dated_before_its_test():
+def test_certificate_cannot_be_issued_before_the_end_of_its_run():
     _refuse_early_issue(SOURCE, datetime(2026, 11, 22, 5, 9, tzinfo=UTC))
     with pytest.raises(
         UsageError, match=r"ended on 2026-11-22T05:08:38, and it is 2026-11-22T05:0"
@@ -30,9 +30,9 @@ def test_a_certificate_is_not_dated_before_its_test():
         _refuse_early_issue(SOURCE, datetime(2026, 11, 22, 5, 8, tzinfo=UTC))
 
 
-def test_a_second_certificate_on_a_run_must_name_what_it_replaces(tmp_path):
-    letterhead, asked = SimpleNamespace(prefix="RR"), request(tmp_path)
-    assert _further_copy(SOURCE, letterhead, asked, is_specimen=False) is None
+def test_second_certificate_on_a_run_must_be_an_amendment(tmp_path):
+    letterhead, further_request = SimpleNamespace(prefix="RR"), request(tmp_path)
+    assert _further_copy(SOURCE, letterhead, further_request, is_specimen=False) is None
     numbers = Numbers(tmp_path, "RR")
     numbers.issued(numbers.reserve(2026, {"run": "r"}), {})
     for reason in ("", "in German"):
@@ -41,7 +41,7 @@ def test_a_second_certificate_on_a_run_must_name_what_it_replaces(tmp_path):
         assert "rigrunner amend" in caught.value.hint
 
 
-def test_a_further_specimen_needs_a_reason_and_names_the_first(tmp_path):
+def test_further_specimen_certificate_needs_a_reason(tmp_path):
     letterhead = SimpleNamespace(prefix="RR")
     numbers = Numbers(tmp_path, "SPECIMEN-RR")
     with pytest.raises(UsageError, match="nothing was issued on r yet"):

@@ -1,4 +1,4 @@
-"""A run must give the numbers today that it gave when it was sealed, or no certificate is made."""
+"""No certificate is issued unless the analysis still gives the numbers of the sealed run."""
 
 import copy
 import json
@@ -25,11 +25,11 @@ def sealed_with(stored, change):
     return replace(stored, result_document=content)
 
 
-def test_the_same_numbers_pass(analysed):
+def test_same_numbers_pass(analysed):
     refuse_other_numbers(*analysed)
 
 
-def test_a_sum_that_another_machine_rounds_otherwise_passes(analysed):
+def test_rounding_difference_passes(analysed):
     def rounded(content):
         content["headline"]["compensated"]["value"] *= 1 + 1e-9
 
@@ -38,7 +38,7 @@ def test_a_sum_that_another_machine_rounds_otherwise_passes(analysed):
 
 
 @pytest.mark.parametrize("number", ["value", "standard_uncertainty", "expanded_uncertainty_95"])
-def test_another_headline_is_refused_with_both_numbers(analysed, number):
+def test_different_headline_is_refused_with_both_numbers(analysed, number):
     def changed(content):
         content["headline"]["compensated"][number] += 0.0015
 
@@ -49,7 +49,7 @@ def test_another_headline_is_refused_with_both_numbers(analysed, number):
     assert "changed" in caught.value.hint
 
 
-def test_another_set_point_is_refused(analysed):
+def test_different_value_at_a_set_point_is_refused(analysed):
     def changed(content):
         points = content["compensations"]["template_inverse"]["points"]
         points[2]["torque"]["value"] += 0.001
@@ -59,7 +59,7 @@ def test_another_set_point_is_refused(analysed):
         refuse_other_numbers(sealed_with(stored, changed), result)
 
 
-def test_each_visit_of_a_frequency_is_compared(analysed, monkeypatch):
+def test_repeated_frequencies_are_compared_one_by_one(analysed, monkeypatch):
     stored, result = analysed
 
     def at_one_frequency(content):
@@ -78,7 +78,7 @@ def test_each_visit_of_a_frequency_is_compared(analysed, monkeypatch):
         refuse_other_numbers(sealed_with(stored, changed), result)
 
 
-def test_an_uncertainty_that_was_not_known_is_another_number(analysed):
+def test_missing_uncertainty_is_a_different_number(analysed):
     def changed(content):
         content["headline"]["compensated"]["standard_uncertainty"] = None
 
@@ -87,12 +87,12 @@ def test_an_uncertainty_that_was_not_known_is_another_number(analysed):
         refuse_other_numbers(sealed_with(stored, changed), result)
 
 
-def test_a_run_sealed_without_result_has_nothing_to_compare(analysed):
+def test_run_sealed_without_result_passes(analysed):
     stored, result = analysed
     refuse_other_numbers(replace(stored, result_document=None), result)
 
 
-def test_another_revision_of_a_method_is_named(analysed):
+def test_different_revision_of_a_method_is_named(analysed):
     def changed(content):
         content["headline"]["compensated"]["value"] += 0.0015
         del content["revisions"]["analysis"]
@@ -105,7 +105,7 @@ def test_another_revision_of_a_method_is_named(analysed):
     assert caught.value.hint.startswith(hint)
 
 
-def test_a_result_that_no_installed_package_reads_is_not_certified(analysed, monkeypatch):
+def test_result_of_a_missing_package_is_refused(analysed, monkeypatch):
     monkeypatch.setattr("rigrunner.run.set_points._readers", tuple)
     with pytest.raises(DataError, match="reads points, no_load_points, compens"):
         refuse_other_numbers(*analysed)

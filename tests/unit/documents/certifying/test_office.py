@@ -1,4 +1,4 @@
-"""What became of a number is on record, also where nothing could be written."""
+"""The fate of each certificate number is on record, even if no file could be written."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ def lab(tmp_path):
     return make_letterhead(tmp_path / "letterhead")
 
 
-def test_the_digests_of_what_was_issued_stand_with_the_number(quick, lab, tmp_path):
+def test_digests_of_the_issued_files_are_recorded_with_the_number(quick, lab, tmp_path):
     issued = issue(quick.loaded, lab, tmp_path / "out", registry=without_pdf())
     assert [path.suffix for path in issued.files] == [".json", ".html"]
     number = issued.certificate.number
@@ -26,7 +26,7 @@ def test_the_digests_of_what_was_issued_stand_with_the_number(quick, lab, tmp_pa
 
 
 @pytest.mark.thorough
-def test_a_number_under_which_nothing_could_be_written_is_void(quick, lab, tmp_path):
+def test_number_is_void_if_the_files_cannot_be_written(quick, lab, tmp_path):
     (tmp_path / "out").write_text("a file")
     with pytest.raises(DataError, match="the certificate cannot be written"):
         issue(quick.loaded, lab, tmp_path / "out", registry=without_pdf())
@@ -37,7 +37,7 @@ def test_a_number_under_which_nothing_could_be_written_is_void(quick, lab, tmp_p
     assert issued.notes == ()
 
 
-def test_a_number_that_a_crash_broke_off_is_told_at_the_next(quick, lab, tmp_path):
+def test_number_reserved_before_a_crash_is_noted_at_the_next_issue(quick, lab, tmp_path):
     (lab / "numbers").mkdir()
     (lab / "numbers" / "SPECIMEN-DEMO-2026-0001.json").write_text("")
     issued = issue(quick.loaded, lab, tmp_path / "out", registry=without_pdf())
@@ -45,17 +45,17 @@ def test_a_number_that_a_crash_broke_off_is_told_at_the_next(quick, lab, tmp_pat
     assert issued.notes == ("SPECIMEN-DEMO-2026-0001 was reserved, but not issued",)
 
 
-def test_files_are_made_again_if_another_process_takes_their_number(quick, lab, tmp_path):
-    numbers, progressed = Numbers(lab, "SPECIMEN-DEMO"), []
+def test_files_are_remade_if_another_process_takes_the_number(quick, lab, tmp_path):
+    numbers, makings = Numbers(lab, "SPECIMEN-DEMO"), []
 
     def progress(what, done, of):
         if what == MAKING:
-            progressed.append((done, of))
-        if progressed == [(1, 1)]:
+            makings.append((done, of))
+        if makings == [(1, 1)]:
             numbers.reserve(NOW.year, {"by": "another process"})
 
     issued = issue(quick.loaded, lab, tmp_path / "out", registry=without_pdf(), progress=progress)
-    assert progressed == [(1, 1)] * 2
+    assert makings == [(1, 1)] * 2
     assert issued.certificate.number == "SPECIMEN-DEMO-2026-0002"
     for path in issued.files:
         assert path.stem == "SPECIMEN-DEMO-2026-0002"
@@ -63,7 +63,7 @@ def test_files_are_made_again_if_another_process_takes_their_number(quick, lab, 
         assert "SPECIMEN-DEMO-2026-0001" not in path.read_text("utf-8")
 
 
-def test_a_form_that_cannot_be_made_takes_no_number(quick, lab, tmp_path, monkeypatch):
+def test_failed_form_reserves_no_number(quick, lab, tmp_path, monkeypatch):
     def fail(*_args):
         raise DataError("no form")
 
@@ -73,7 +73,7 @@ def test_a_form_that_cannot_be_made_takes_no_number(quick, lab, tmp_path, monkey
     assert not (lab / "numbers").exists()
 
 
-def test_nothing_is_overwritten(quick, lab, tmp_path):
+def test_existing_file_is_not_overwritten(quick, lab, tmp_path):
     mine = tmp_path / "out" / "SPECIMEN-DEMO-2026-0001.html"
     mine.parent.mkdir()
     mine.write_text("mine")

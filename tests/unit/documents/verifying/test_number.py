@@ -1,4 +1,4 @@
-"""With the laboratory's folder, a reader learns whether a document is the one on record."""
+"""The check of a document against the records of the laboratory."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ NUMBER = "SPECIMEN-DEMO-2026-0001"
 
 @pytest.fixture
 def issued(tmp_path):
-    """Return a document that is on record, and the laboratory's numbers."""
+    """Return a document on record, and the numbers of the laboratory."""
     form = tmp_path / f"{NUMBER}.json"
     form.write_bytes(b"content")
     numbers = Numbers(tmp_path, "SPECIMEN-DEMO")
@@ -28,24 +28,24 @@ def issued(tmp_path):
     return form, numbers
 
 
-def checked(form, folder, number=NUMBER):
+def verification_of(form, folder, number=NUMBER):
     verification = Verification()
     forms = [Form(form, form.read_bytes())]
     check_number(verification, forms, Certificate.model_construct(number=number), folder)
     return verification
 
 
-def test_a_document_as_it_was_issued(issued, tmp_path):
-    verification = checked(issued[0], tmp_path)
+def test_issued_document_matches_its_record(issued, tmp_path):
+    verification = verification_of(issued[0], tmp_path)
     assert (verification.held, verification.differences, verification.information) == (
         *([f"record of {NUMBER}"], [], []),
     )
 
 
-def test_one_that_was_replaced_never_matches(issued, tmp_path):
+def test_replaced_document_never_matches(issued, tmp_path):
     form, numbers = issued
     numbers.issued(numbers.reserve(2026, {"run": "r", "amends": NUMBER}), {})
-    verification = checked(form, tmp_path)
+    verification = verification_of(form, tmp_path)
     assert not verification.matches
     assert verification.exit_code is ExitCode.REPLACED
     assert verification.conclusion == (
@@ -56,7 +56,7 @@ def test_one_that_was_replaced_never_matches(issued, tmp_path):
 @pytest.mark.parametrize(
     "name", [NUMBER, f"{NUMBER} (1)", f"signed-{NUMBER}", "certificate of the bearing"]
 )
-def test_a_file_may_have_the_name_of_its_document_or_of_none(name, tmp_path):
+def test_file_may_have_the_name_of_its_document_or_of_none(name, tmp_path):
     verification = Verification()
     check_name(verification, tmp_path / f"{name}.pdf", NUMBER)
     assert verification.differences == []
@@ -64,27 +64,27 @@ def test_a_file_may_have_the_name_of_its_document_or_of_none(name, tmp_path):
 
 
 @pytest.mark.parametrize("name", ["SPECIMEN-DEMO-2026-0002", "DEMO-2026-0001", "DEMO-2025-00010 x"])
-def test_the_name_of_another_document_is_a_difference(name, tmp_path):
+def test_name_of_another_document_is_a_difference(name, tmp_path):
     verification = Verification()
     check_name(verification, tmp_path / f"{name}.pdf", NUMBER)
     (difference,) = verification.differences
     assert f"the document in it is {NUMBER}, not {name.split()[0]}" in difference
 
 
-def test_one_that_was_changed_and_sealed_anew_differs(issued, tmp_path):
+def test_changed_and_resealed_document_is_a_difference(issued, tmp_path):
     issued[0].write_bytes(b"other content")
-    assert checked(issued[0], tmp_path).differences == [
+    assert verification_of(issued[0], tmp_path).differences == [
         f"record of {NUMBER}: {NUMBER}.json is not as it was issued"
     ]
 
 
-def test_a_number_that_was_never_given_differs(issued, tmp_path):
-    verification = checked(issued[0], tmp_path, "SPECIMEN-DEMO-2026-0007")
+def test_unknown_number_is_a_difference(issued, tmp_path):
+    verification = verification_of(issued[0], tmp_path, "SPECIMEN-DEMO-2026-0007")
     assert "it was not issued under the letterhead" in verification.differences[0]
 
 
-def test_a_copy_of_the_letterhead_without_its_numbers_says_nothing(issued, tmp_path):
-    verification = checked(issued[0], tmp_path / "copy")
+def test_letterhead_without_numbers_is_only_reported(issued, tmp_path):
+    verification = verification_of(issued[0], tmp_path / "copy")
     assert (verification.held, verification.differences) == ([], [])
     assert verification.information == [
         f"{tmp_path / 'copy'} has no record of numbers, so it was not checked"

@@ -19,14 +19,14 @@ def folder(quick, tmp_path):
     return copy
 
 
-def edited(folder, edit):
+def verify(folder, edit):
     with h5py.File(folder / "run.h5", "r+") as file:
         edit(file["entry"])
     return verify_run(folder, load_registry())
 
 
 def reseal(entry):
-    """Do what someone does who knows the layout: make the manifest fit what was changed."""
+    """Recompute the manifest after a change, as a forger who knows the layout would."""
     text = manifest_text(entry).encode()
     del entry["manifest"]
     entry.create_dataset("manifest", data=list(text), dtype="u1")
@@ -41,7 +41,7 @@ def change_result(entry, old, new):
     )
 
 
-def test_a_run_matches(quick):
+def test_unchanged_run_matches(quick):
     verification = verify_run(quick.loaded, load_registry())
     assert verification.differences == []
     assert verification.matches
@@ -49,37 +49,37 @@ def test_a_run_matches(quick):
     assert "result.json" in verification.held
 
 
-def test_a_zero_that_was_changed_is_found_in_the_file(folder):
-    verification = edited(folder, lambda entry: entry["zeros/tester_torque"].__setitem__((), 0.5))
+def test_changed_zero_is_located_in_the_file(folder):
+    verification = verify(folder, lambda entry: entry["zeros/tester_torque"].__setitem__((), 0.5))
     assert any("/entry/zeros/tester_torque (zero)" in text for text in verification.differences)
     assert not verification.matches
     assert any("not recomputed" in text for text in verification.information)
 
 
 @pytest.mark.thorough
-def test_a_parameter_that_was_changed_and_sealed_anew_gives_other_numbers(folder):
+def test_changed_and_resealed_parameter_gives_other_numbers(folder):
     def edit(entry):
         entry["zeros/tester_torque"][()] += 0.5
         reseal(entry)
 
-    verification = edited(folder, edit)
+    verification = verify(folder, edit)
     assert "manifest of the run file" in verification.held
     assert any(text.startswith("result recomputed") for text in verification.differences)
 
 
-def test_a_result_that_does_not_follow_from_the_samples_is_found(folder):
+def test_result_that_contradicts_the_samples_is_a_difference(folder):
     def edit(entry):
         change_result(entry, '"verdict": "pass"', '"verdict": "fail"')
         reseal(entry)
 
-    verification = edited(folder, edit)
+    verification = verify(folder, edit)
     assert verification.differences == [
-        f"{what}: verdict/verdict: 'fail' is recorded, 'pass' was derived"
-        for what in ("result recomputed from the raw samples", "result.json")
+        f"{part}: verdict/verdict: 'fail' is recorded, 'pass' was derived"
+        for part in ("result recomputed from the raw samples", "result.json")
     ]
 
 
-def test_result_file_beside_the_run_is_held_to_it(folder):
+def test_result_file_is_compared_with_the_run_file(folder):
     path = folder / "result.json"
     content = json.loads(path.read_text(encoding="utf-8"))
     content["headline"]["compensated"]["value"] += 1e-7
@@ -91,22 +91,22 @@ def test_result_file_beside_the_run_is_held_to_it(folder):
     assert "result.json cannot be read" in difference
 
 
-def test_other_versions_are_told_and_decide_nothing(folder):
+def test_other_package_versions_are_only_reported(folder):
     def edit(entry):
         entry["provenance/numpy"].attrs["text"] = "1.0"
         reseal(entry)
 
-    verification = edited(folder, edit)
+    verification = verify(folder, edit)
     assert verification.matches
     assert any(t.startswith("numpy: 1.0 when it was recorded") for t in verification.information)
 
 
-def test_file_of_the_first_format_says_what_it_cannot_show(folder):
+def test_missing_manifest_of_the_first_format_is_only_reported(folder):
     def edit(entry):
         del entry["manifest"], entry["no_load/manifest"]
         entry.file.attrs.modify("rigrunner_format", 1)
 
-    verification = edited(folder, edit)
+    verification = verify(folder, edit)
     assert verification.matches
     texts = verification.information
     assert any("without a manifest, by an older version" in text for text in texts)

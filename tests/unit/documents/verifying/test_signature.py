@@ -1,4 +1,4 @@
-"""What the signature of a document says: who signed which files, and whether the key is trusted."""
+"""The check of a document's signature: signer, signed files, and trust in the key."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ FORMS = [form(name, content) for name, content in FILES.items()]
 
 @pytest.fixture
 def keys(tmp_path):
-    """The key that signed, and another one."""
+    """Return the public key of the signer, and another one."""
     for name in ("lab.key", "other.key"):
         new_key(tmp_path / name)
     return tmp_path / "lab.key.pub", tmp_path / "other.key.pub"
@@ -37,13 +37,13 @@ def path(tmp_path, keys):
     return tmp_path / "C-1.sig.json"
 
 
-def checked(path, forms=FORMS, trusted=()):
+def check(path, forms=FORMS, trusted=()):
     verification = Verification()
     return check_signature_of(verification, path, forms, trusted), verification
 
 
-def test_what_a_trusted_key_signed_whole_is_signed(path, keys):
-    is_signed, verification = checked(path, trusted=keys)
+def test_document_signed_by_a_trusted_key_is_signed(path, keys):
+    is_signed, verification = check(path, trusted=keys)
     assert is_signed
     assert verification.differences == []
     assert verification.held[0] == "signature C-1.sig.json"
@@ -51,22 +51,22 @@ def test_what_a_trusted_key_signed_whole_is_signed(path, keys):
     assert verification.held[1].endswith(", which is trusted")
 
 
-def test_of_an_unknown_key_it_is_only_told_and_with_trusted_ones_it_is_a_difference(path, keys):
-    is_signed, verification = checked(path)
+def test_unknown_key_is_a_difference_only_if_trusted_keys_are_given(path, keys):
+    is_signed, verification = check(path)
     assert not is_signed
     assert verification.differences == []
     assert "whether that key is theirs is not known" in verification.information[0]
-    is_signed, verification = checked(path, trusted=keys[1:])
+    is_signed, verification = check(path, trusted=keys[1:])
     assert not is_signed
     assert verification.differences[0].endswith("which is not among the trusted keys")
 
 
-def test_without_a_signature_a_document_with_trusted_keys_differs(path, keys):
+def test_missing_signature_is_a_difference_only_if_trusted_keys_are_given(path, keys):
     missing = path.with_name("C-2.sig.json")
-    is_signed, verification = checked(missing)
+    is_signed, verification = check(missing)
     assert not is_signed
     assert (verification.differences, verification.information) == ([], [UNSIGNED])
-    is_signed, verification = checked(missing, trusted=keys)
+    is_signed, verification = check(missing, trusted=keys)
     assert not is_signed
     assert (verification.differences, verification.information) == ([UNSIGNED], [])
 
@@ -78,16 +78,16 @@ def test_without_a_signature_a_document_with_trusted_keys_differs(path, keys):
         ([FORMS[0], form("C-1.html", b"<P>")], "C-1.html is not the file that was signed"),
     ],
 )
-def test_a_form_that_was_not_signed_as_it_is_makes_the_document_unsigned(path, keys, forms, text):
-    is_signed, verification = checked(path, forms, trusted=keys)
+def test_unsigned_or_changed_form_is_a_difference(path, keys, forms, text):
+    is_signed, verification = check(path, forms, trusted=keys)
     assert not is_signed
     assert verification.differences == [f"signature C-1.sig.json: {text}"]
 
 
 @pytest.mark.parametrize("change", [('"signer": "Zoe"', '"signer": "Ada"'), ('"files"', '"file"')])
-def test_a_signature_that_does_not_hold_is_none(path, keys, change):
+def test_invalid_signature_is_a_difference(path, keys, change):
     path.write_text(path.read_text(encoding="utf-8").replace(*change), encoding="utf-8")
-    is_signed, verification = checked(path, trusted=keys)
+    is_signed, verification = check(path, trusted=keys)
     assert is_signed is False
     assert len(verification.differences) == 1
     assert verification.differences[0].startswith("signature C-1.sig.json: ")

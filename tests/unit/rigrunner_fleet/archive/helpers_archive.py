@@ -1,4 +1,4 @@
-"""Run folders for archives, made quickly, and databases to keep archives in."""
+"""Small run folders for archives, and a PostgreSQL server."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ def estimate(value: float | None, u: float = 0.005, unit: str = "N·m") -> dict:
 
 
 def result_document(torque_nm: float = 0.72, verdict: str = "pass", **changed: object) -> dict:
-    """Return what an archive reads of a `result.json`, with two set-points."""
+    """Return the part of a `result.json` that an archive reads, with two set-points."""
     frequencies = (10.0, 20.0)
     document = {
         "format": "rigrunner: result/1",

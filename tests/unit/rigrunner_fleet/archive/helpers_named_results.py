@@ -1,4 +1,4 @@
-"""Run folders whose results are named: a resistance over the temperature of a chamber."""
+"""Run folders with named results: a resistance over the temperature of a chamber."""
 
 from __future__ import annotations
 

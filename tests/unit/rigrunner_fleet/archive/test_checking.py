@@ -32,7 +32,7 @@ def archive(runs, database):
 
 
 class Stop:
-    """A stop token that is set after it was asked this many times."""
+    """A stop token that is set after this many calls."""
 
     def __init__(self, calls):
         self.left = calls
@@ -62,7 +62,7 @@ def findings_of(summary):
     return [(str(finding.kind), finding.path) for finding in summary.findings]
 
 
-def test_nothing_is_wrong_twice(archive):
+def test_intact_archive_has_no_findings(archive):
     for _ in range(2):
         summary = check_files(archive)
         assert (summary.findings, summary.checked, summary.due) == ((), 3, 3)
@@ -75,18 +75,18 @@ def flip(path, at):
     path.write_bytes(content)
 
 
-def place_of_samples(path):
-    """Return where in a file the samples of its recording are."""
+def offset_of_samples(path):
+    """Return the offset of a byte in the samples of the recording of a file."""
     with h5py.File(path) as file:
         (recording,) = file["entry/recordings"].values()
         return recording["tester_torque"].id.get_chunk_info(0).byte_offset + 10
 
 
 @pytest.mark.parametrize("checked_before", [False, True])
-def test_each_kind_of_harm(archive, runs, checked_before):
+def test_each_kind_of_damage_is_reported(archive, runs, checked_before):
     if checked_before:
         assert check_files(archive).findings == ()
-    flip(runs / "a/run.h5", place_of_samples(runs / "a/run.h5"))
+    flip(runs / "a/run.h5", offset_of_samples(runs / "a/run.h5"))
     (runs / "b/run.log").write_text("another story\n")
     (runs / "b/letter.txt").write_text("dear")
     shutil.rmtree(runs / "c")
@@ -102,13 +102,13 @@ def test_each_kind_of_harm(archive, runs, checked_before):
     assert len(summary.grave) == 3
 
 
-def test_a_file_that_is_gone(archive, runs):
+def test_deleted_files_are_missing(archive, runs):
     (runs / "a/run.log").unlink()
     (runs / "b/run.h5").unlink()
     assert findings_of(check_files(archive)) == [("missing", "a/run.log"), ("missing", "b/run.h5")]
 
 
-def test_a_run_that_could_not_be_read_when_it_was_indexed(archive, runs):
+def test_runs_unreadable_at_indexing_are_damaged(archive, runs):
     for name in ("a", "new"):
         (runs / name).mkdir(exist_ok=True)
         (runs / name / "run.h5").unlink(missing_ok=True)
@@ -120,15 +120,15 @@ def test_a_run_that_could_not_be_read_when_it_was_indexed(archive, runs):
     assert ("missing", "new") in findings_of(check_files(archive))
 
 
-def test_a_whole_file_that_is_another_one(archive, runs):
+def test_intact_file_of_another_run_is_changed(archive, runs):
     other = store_run(runs.parent, "other")
     (runs / "a/run.h5").chmod(0o644)
     shutil.copyfile(other / "run.h5", runs / "a/run.h5")
     assert findings_of(check_files(archive)) == [("changed", "a/run.h5")]
 
 
-def test_every_flipped_bit_is_told_once_a_file_was_looked_at(archive, runs):
-    """Also one in a place that no dataset uses, which the manifest does not cover."""
+def test_any_flipped_bit_is_found_after_a_first_check(archive, runs):
+    """Also a bit outside all datasets, which the manifest does not cover."""
     check_files(archive)
     size = (runs / "a/run.h5").stat().st_size
     for at in (size // 7, size // 3, size - 5):
@@ -139,7 +139,7 @@ def test_every_flipped_bit_is_told_once_a_file_was_looked_at(archive, runs):
     assert check_files(archive).findings == ()
 
 
-def test_it_goes_on_where_it_was_and_the_oldest_look_comes_first(archive, runs):
+def test_next_check_starts_with_the_oldest_checked_runs(archive, runs):
     first = check_files(archive, stop=Stop(2))
     assert (first.checked, first.due) == (2, 3)
     (runs / "c/run.log").unlink()
@@ -150,22 +150,22 @@ def test_it_goes_on_where_it_was_and_the_oldest_look_comes_first(archive, runs):
     assert findings_of(third) == [("missing", "a/run.log"), ("missing", "c/run.log")]
 
 
-def test_runs_that_were_looked_at_since_are_left_out(archive):
+def test_recently_checked_runs_are_skipped(archive):
     check_files(archive, stop=Stop(2))
     before = START + timedelta(seconds=0.5)
     later = check_files(archive, at=START + timedelta(days=1), before=before)
-    # c, never, and a, at the start; b was a second later
+    # c was never checked, a at the start, b a second later
     assert (later.checked, later.due) == (2, 2)
 
 
-def test_what_was_found_is_kept_when_the_index_is_made_anew(archive, runs):
+def test_rebuilding_does_not_hide_damage(archive, runs):
     check_files(archive)
-    flip(runs / "a/run.h5", place_of_samples(runs / "a/run.h5"))
+    flip(runs / "a/run.h5", offset_of_samples(runs / "a/run.h5"))
     rebuild(archive, [runs])
     assert findings_of(check_files(archive)) == [("damaged", "a/run.h5")]
 
 
-def test_the_pace_is_kept_and_idle_time_is_not_made_up_for():
+def test_pace_is_kept_without_bursts_after_idle_time():
     clock, slept = [0.0], []
 
     def sleep(seconds):
@@ -181,14 +181,14 @@ def test_the_pace_is_kept_and_idle_time_is_not_made_up_for():
     assert slept[-1] == pytest.approx(0.5)
 
 
-def test_as_much_is_read_as_there_is(archive, runs):
+def test_read_bytes_are_the_size_of_the_runs(archive, runs):
     pace = Pace()
     size = sum(path.stat().st_size for path in runs.glob("*/*") if path.name != "run.lock")
     assert check_files(archive, pace=pace).read_bytes == size
 
 
 @pytest.mark.thorough
-def test_the_command(runs):
+def test_archive_check_command(runs):
     store_run(runs, "a")
     command = ["archive", "check", "--runs", runs]
     assert (result := call(*command)).code == 2
@@ -198,18 +198,18 @@ def test_the_command(runs):
     assert result.code == 0, result.err
     assert result.out.startswith("1 run, ")
     assert result.out.endswith("no file is damaged, missing or changed\n")
-    flip(runs / "a/run.h5", place_of_samples(runs / "a/run.h5"))
+    flip(runs / "a/run.h5", offset_of_samples(runs / "a/run.h5"))
     result = call(*command)
     assert (result.code, result.out.startswith("damaged  a/run.h5: ")) == (1, True)
     document = json.loads(call(*command, "--json", "--older", "30 d").out)
     assert (document["runs_due"], document["findings"][0]["kind"]) == (0, "damaged")
-    for wrong in (["--rate", "fast"], ["--rate", "0 MB/s"], ["--for", "6"], ["--older", "3 N"]):
-        result = call(*command, *wrong)
-        assert (result.code, wrong[0] in result.err, "Traceback" in result.err) == (2, True, False)
+    for flags in (["--rate", "fast"], ["--rate", "0 MB/s"], ["--for", "6"], ["--older", "3 N"]):
+        result = call(*command, *flags)
+        assert (result.code, flags[0] in result.err, "Traceback" in result.err) == (2, True, False)
 
 
 @pytest.mark.parametrize("option", ["--for", "--older"])
-def test_a_time_of_zero_or_less_is_refused_in_words_that_fit_both_options(runs, option):
+def test_non_positive_times_are_refused(runs, option):
     for time in ("0 s", "-3 d"):
         result = call("archive", "check", "--runs", runs, f"{option}={time}")
         assert result.code == 2

@@ -1,4 +1,4 @@
-"""Run files into an archive, on both engines."""
+"""Indexing runs into an archive, on both engines."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import hashlib
 import json
 import os
 import shutil
-from contextlib import suppress
+from contextlib import closing, suppress
 from datetime import UTC, datetime
 from math import inf
 
@@ -25,16 +25,15 @@ from unit.runfile.helpers_runfile import TWO, write_run
 
 @pytest.fixture
 def archive(database):
-    opened = open_archive(database=database)
-    yield opened
-    opened.close()
+    with closing(open_archive(database=database)) as opened:
+        yield opened
 
 
 def rows_of(archive, table="runs", **filters):
     return list(query(table, database=str(archive.file or archive.location), **filters))
 
 
-def test_what_is_known_of_a_run_is_in_its_row(archive, runs):
+def test_row_of_a_run_has_its_metadata_and_result(archive, runs):
     inputs = {"specimen": "SN-1", "type": "GE20", "lot": "L7", "operator": "Zoë", "order": "A"}
     folder = store_run(runs, "one", inputs=inputs, people={"operator": "Zoë"})
     (indexed,) = index(archive, [runs])
@@ -59,7 +58,7 @@ def test_what_is_known_of_a_run_is_in_its_row(archive, runs):
     assert row["bytes"] == (folder / "run.h5").stat().st_size
 
 
-def test_points_figures_inputs_and_files_are_in_their_tables(archive, runs):
+def test_points_figures_inputs_and_files_have_tables(archive, runs):
     folder = store_run(runs, "one", inputs={"specimen": "SN-1"})
     (folder / "note.txt").write_text("seen\n")
     index(archive, [runs])
@@ -85,20 +84,20 @@ def test_points_figures_inputs_and_files_are_in_their_tables(archive, runs):
     assert files == {"run.h5": "", "note.txt": hashlib.sha256(b"seen\n").hexdigest()}
 
 
-def test_only_what_is_new_or_changed_is_read_again(archive, runs):
+def test_only_new_or_changed_runs_are_read_again(archive, runs):
     first, second = store_run(runs), store_run(runs)
     index(archive, [runs])
-    (again,) = index(archive, [runs])
-    assert (again.runs, again.new, again.changed) == (2, 0, 0)
+    (unchanged,) = index(archive, [runs])
+    assert (unchanged.runs, unchanged.new, unchanged.changed) == (2, 0, 0)
     (first / "report.html").write_text("<p>")
-    (once_more,) = index(archive, [runs])
-    assert (once_more.new, once_more.changed) == (0, 1)
+    (indexed,) = index(archive, [runs])
+    assert (indexed.new, indexed.changed) == (0, 1)
     stat = (second / "run.h5").stat()
     os.utime(second / "run.h5", ns=(stat.st_atime_ns, stat.st_mtime_ns + 1))
     assert index(archive, [runs])[0].changed == 1
 
 
-def test_a_later_decision_is_the_verdict_in_force(archive, quick, tmp_path):
+def test_latest_decision_gives_the_verdict(archive, quick, tmp_path):
     from rigrunner.cli.main import main  # noqa: PLC0415  (heavy, for this test alone)
 
     folder = tmp_path / "decided" / quick.loaded.name
@@ -125,7 +124,7 @@ def test_a_later_decision_is_the_verdict_in_force(archive, quick, tmp_path):
     assert (second["by"], second["why"]) == ("Ann", "new")
 
 
-def test_the_rows_of_a_real_run_are_the_numbers_of_its_result(archive, demo):
+def test_rows_equal_the_result_of_a_real_run(archive, demo):
     index(archive, [demo.folder])
     (row,) = rows_of(archive, specimen="DEMO-0001")
     document = json.loads((demo.loaded / "result.json").read_text())
@@ -149,7 +148,7 @@ def test_the_rows_of_a_real_run_are_the_numbers_of_its_result(archive, demo):
     assert inertia["u"] == parameter["standard_uncertainty"]
 
 
-def test_a_damaged_file_is_listed_and_stops_nothing(archive, runs):
+def test_damaged_files_are_listed_and_others_indexed(archive, runs):
     good, bad = store_run(runs, "good"), store_run(runs, "bad")
     index(archive, [runs])
     content = bytearray((bad / "run.h5").read_bytes())
@@ -162,28 +161,28 @@ def test_a_damaged_file_is_listed_and_stops_nothing(archive, runs):
     rows = {row["path"]: row for row in rows_of(archive)}
     assert rows["good"]["problem"] == ""
     assert "truncated or damaged" in rows["bad"]["problem"]
-    assert rows["bad"]["specimen"] == rows["good"]["specimen"], "what was known of it is kept"
+    assert rows["bad"]["specimen"] == rows["good"]["specimen"], "its earlier row is kept"
     assert rows["worse"]["specimen"] is None
     assert rows["good"]["folder"] == str(good)
 
 
-class Dying:
-    """Workers one of which does not survive a file."""
+class DyingWorkers:
+    """Workers of which one dies while it reads a file."""
 
     def outcomes(self, task, items, stop):
         assert not stop.is_set()
-        for place, item in enumerate(items):
+        for number, item in enumerate(items):
             died = item.path == "deadly"
             answer = (
                 Answer(None, "the process was ended by SIGSEGV") if died else Answer(task(item))
             )
-            yield Done(place, item, answer)
+            yield Done(number, item, answer)
 
 
-def test_a_file_that_ends_the_process_that_reads_it_is_one_more_that_cannot_be_read(archive, runs):
+def test_file_that_kills_its_worker_is_unreadable(archive, runs):
     store_run(runs, "deadly")
     store_run(runs, "good")
-    (indexed,) = index(archive, [runs], workers=Dying())
+    (indexed,) = index(archive, [runs], workers=DyingWorkers())
     assert indexed.unreadable == (("deadly", "the process was ended by SIGSEGV"),)
     assert [row["problem"] for row in rows_of(archive)] == ["the process was ended by SIGSEGV", ""]
     (again,) = index(archive, [runs])
@@ -192,7 +191,7 @@ def test_a_file_that_ends_the_process_that_reads_it_is_one_more_that_cannot_be_r
 
 
 @pytest.mark.parametrize("database", first(1, ["sqlite", "postgresql"]), indirect=True)
-def test_processes_read_the_same_as_this_one(archive, runs):
+def test_worker_processes_give_the_same_rows(archive, runs):
     for name in ("one", "two", "three"):
         store_run(runs, name, inputs={"specimen": name})
     counts = []
@@ -209,7 +208,7 @@ def by_name(rows):
     return sorted(rows, key=lambda row: (row["run_id"], str(row)))
 
 
-def test_a_file_whose_texts_lead_elsewhere_is_refused(archive, runs):
+def test_external_links_are_refused(archive, runs):
     folder = store_run(runs, "one")
     (folder / "run.h5").chmod(0o644)
     with h5py.File(folder / "run.h5", "r+") as file:
@@ -228,7 +227,7 @@ def test_a_file_whose_texts_lead_elsewhere_is_refused(archive, runs):
         {"points": [{"raw_peak": {"cycles_kept": 1 << 80}}], "compensations": {"a": None}},
     ],
 )
-def test_a_result_of_other_shapes_gives_unknown_numbers(archive, runs, document):
+def test_malformed_results_give_unknown_numbers(archive, runs, document):
     store_run(runs, "odd", document)
     (indexed,) = index(archive, [runs])
     assert indexed.unreadable == ()
@@ -236,7 +235,7 @@ def test_a_result_of_other_shapes_gives_unknown_numbers(archive, runs, document)
     assert (row["torque_nm"], row["u_nm"]) == (None, None)
 
 
-def test_a_result_that_is_not_a_number_is_unknown(archive, runs):
+def test_non_finite_results_are_unknown(archive, runs):
     document = result_document(float("nan"))
     store_run(runs, "nan", document)
     store_run(runs, "inf", result_document(float("inf")))
@@ -245,7 +244,7 @@ def test_a_result_that_is_not_a_number_is_unknown(archive, runs):
     assert rows_of(archive, torque="-1..1 N·m") == []
 
 
-def test_names_that_are_odd_come_back_as_they_are(archive, runs):
+def test_odd_names_are_stored_unchanged(archive, runs):
     odd = "O'Brien\"; DROP TABLE runs; -- %_ \N{GREEK SMALL LETTER MU} \u202e[a-z]"
     store_run(runs, "one", inputs={"specimen": odd, odd: odd})
     index(archive, [runs])
@@ -257,7 +256,7 @@ def test_names_that_are_odd_come_back_as_they_are(archive, runs):
     ]
 
 
-def test_what_no_database_takes_is_escaped(archive, runs):
+def test_characters_that_databases_refuse_are_escaped(archive, runs):
     measurand = {"name": "\udc80", "symbol": "T"}
     store_run(runs, "one", result_document(measurand=measurand), inputs={"specimen": "a\0b"})
     index(archive, [runs])
@@ -265,7 +264,7 @@ def test_what_no_database_takes_is_escaped(archive, runs):
     assert (row["specimen"], row["measurand"]) == ("a\\x00b", "\\udc80")
 
 
-def test_texts_that_are_too_long_for_an_index_are_shortened(archive, runs):
+def test_texts_too_long_for_an_index_are_shortened(archive, runs):
     rng = np.random.default_rng(1)
     long = "".join(chr(code) for code in rng.integers(0x4E00, 0x9FFF, 10_000))
     store_run(runs, "one", inputs={"specimen": long, long: long, "lot": "short"})
@@ -277,7 +276,7 @@ def test_texts_that_are_too_long_for_an_index_are_shortened(archive, runs):
     assert len(rows_of(archive, lot="short")) == 1
 
 
-def test_a_path_that_is_too_long_for_an_index_is_named(archive, runs):
+def test_path_too_long_for_an_index_is_reported(archive, runs):
     store_run(runs / ("a" * 250) / ("b" * 250) / ("c" * 200), "deep")
     store_run(runs, "good")
     (indexed,) = index(archive, [runs])
@@ -287,7 +286,7 @@ def test_a_path_that_is_too_long_for_an_index_is_named(archive, runs):
     assert [row["run_id"] for row in rows_of(archive)] == ["good"]
 
 
-def test_a_file_of_a_far_future_and_a_pipe_end_nothing(archive, runs):
+def test_far_future_times_and_pipes_do_not_stop_indexing(archive, runs):
     folder = store_run(runs, "one")
     (folder / "note.txt").write_text("x")
     with suppress(OSError, OverflowError):  # not every file system has such times
@@ -299,7 +298,7 @@ def test_a_file_of_a_far_future_and_a_pipe_end_nothing(archive, runs):
     assert "not a regular file" in indexed.unreadable[0][1]
 
 
-def test_a_run_that_is_not_sealed_is_looked_at_each_time(archive, runs):
+def test_unsealed_runs_are_always_read_again(archive, runs):
     (runs / "open").mkdir()
     write_run(runs / "open", TWO)
     index(archive, [runs])
@@ -308,7 +307,7 @@ def test_a_run_that_is_not_sealed_is_looked_at_each_time(archive, runs):
     assert index(archive, [runs])[0].changed == 1
 
 
-def test_runs_are_found_at_any_depth_but_not_in_hidden_folders_or_behind_links(archive, runs):
+def test_hidden_folders_and_links_are_not_searched(archive, runs):
     store_run(runs / "2026" / "rig-1", "deep")
     store_run(runs / ".hidden", "hidden")
     (runs / "link").symlink_to(runs / "2026")
@@ -317,7 +316,7 @@ def test_runs_are_found_at_any_depth_but_not_in_hidden_folders_or_behind_links(a
     assert rows_of(archive)[0]["path"] == "2026/rig-1/deep"
 
 
-def test_a_run_whose_files_are_gone_is_kept_and_said_to_be_gone(archive, runs):
+def test_deleted_runs_are_kept_and_marked_missing(archive, runs):
     folder = store_run(runs, "gone")
     store_run(runs, "here")
     index(archive, [runs])
@@ -331,7 +330,7 @@ def test_a_run_whose_files_are_gone_is_kept_and_said_to_be_gone(archive, runs):
     }
 
 
-def test_a_run_that_was_moved_is_not_gone(archive, runs):
+def test_moved_run_is_not_missing(archive, runs):
     folder = store_run(runs, "one")
     index(archive, [runs])
     (runs / "2026").mkdir()
@@ -341,7 +340,7 @@ def test_a_run_that_was_moved_is_not_gone(archive, runs):
     assert [row["path"] for row in rows_of(archive, copies=True)] == ["2026/one"]
 
 
-def test_a_copy_of_a_run_counts_once(archive, runs):
+def test_copies_of_a_run_count_once(archive, runs):
     folder = store_run(runs, "one")
     shutil.copytree(folder, runs / "copies" / "one")
     index(archive, [runs])
@@ -350,7 +349,7 @@ def test_a_copy_of_a_run_counts_once(archive, runs):
     assert len(rows_of(archive, copies=True)) == 2
 
 
-def test_a_rebuilt_archive_is_the_same_without_what_is_gone(archive, runs):
+def test_rebuilding_drops_only_deleted_runs(archive, runs):
     gone = store_run(runs, "gone")
     store_run(runs, "here")
     index(archive, [runs])
@@ -361,7 +360,7 @@ def test_a_rebuilt_archive_is_the_same_without_what_is_gone(archive, runs):
         assert rows_of(archive, table) == [row for row in rows if row["run_id"] == "here"]
 
 
-def test_two_folders_are_in_one_archive(archive, tmp_path):
+def test_archive_holds_several_folders(archive, tmp_path):
     one, two = tmp_path / "a", tmp_path / "b"
     store_run(one, "same-name")
     store_run(two, "same-name")
@@ -372,7 +371,7 @@ def test_two_folders_are_in_one_archive(archive, tmp_path):
     }
 
 
-def test_an_archive_in_its_folder_can_be_moved_with_it(runs, tmp_path):
+def test_archive_moves_with_its_folder(runs, tmp_path):
     store_run(runs, "one")
     archive = open_archive(runs)
     index(archive, [runs])
@@ -386,7 +385,7 @@ def test_an_archive_in_its_folder_can_be_moved_with_it(runs, tmp_path):
     archive.close()
 
 
-def test_a_folder_that_is_none_and_a_single_run_are_refused(archive, runs):
+def test_missing_folder_and_single_run_are_refused(archive, runs):
     with pytest.raises(UsageError, match="there is no folder"):
         index(archive, [runs / "nowhere"])
     folder = store_run(runs, "one")
@@ -394,7 +393,7 @@ def test_a_folder_that_is_none_and_a_single_run_are_refused(archive, runs):
         index(archive, [folder])
 
 
-def test_an_archive_of_another_version_is_refused_and_can_be_rebuilt(archive, runs):
+def test_archive_of_another_version_needs_a_rebuild(archive, runs):
     store_run(runs, "one")
     index(archive, [runs])
     with archive.writing() as connection:
@@ -407,7 +406,7 @@ def test_an_archive_of_another_version_is_refused_and_can_be_rebuilt(archive, ru
     assert len(rows_of(archive)) == 1
 
 
-def test_a_file_that_is_no_archive_is_refused(tmp_path):
+def test_file_that_is_not_an_archive_is_refused(tmp_path):
     (tmp_path / "text.sqlite").write_text("no database at all, but text\n" * 50)
     with pytest.raises(DataError, match="reported an error") as caught:
         query(database=str(tmp_path / "text.sqlite"))
@@ -416,15 +415,15 @@ def test_a_file_that_is_no_archive_is_refused(tmp_path):
         query(database=str(tmp_path / "none.sqlite"))
 
 
-def test_a_folder_that_cannot_be_read_is_told(archive, runs, monkeypatch):
+def test_unreadable_folders_are_reported(archive, runs, monkeypatch):
     store_run(runs, "one")
     (runs / "locked").mkdir()
-    plain = os.scandir
+    original = os.scandir
 
     def scandir(path):
         if str(path).endswith("locked"):
             raise PermissionError(13, "Permission denied", str(path))
-        return plain(path)
+        return original(path)
 
     monkeypatch.setattr(os, "scandir", scandir)
     (indexed,) = index(archive, [runs])

@@ -33,7 +33,7 @@ def results_of(database, **filters):
     return [(row["run_id"], row["place"], row["value"], row["unit"]) for row in rows]
 
 
-def test_each_result_is_kept_as_it_is_stated_with_limit_and_verdict(archived):
+def test_results_are_stored_as_stated_with_limits_and_verdict(archived):
     (row,) = query("results", database=archived, result="resistance", where={"temperature": 100},
                    verdict="fail")  # fmt: skip
     expected = {
@@ -53,7 +53,7 @@ def test_each_result_is_kept_as_it_is_stated_with_limit_and_verdict(archived):
         {"temperature": "212 °F"},
     ],
 )  # fmt: skip
-def test_a_coordinate_is_named_in_any_unit_with_its_role_or_without(archived, where):
+def test_coordinate_matches_in_any_unit_and_without_role(archived, where):
     at_100 = "chamber.temperature = 100 °C"
     assert results_of(archived, where=where) == [
         ("good", at_100, 138.53, "Ω"), ("bad", at_100, 138950.0, "mΩ"),
@@ -65,26 +65,28 @@ def test_a_coordinate_is_named_in_any_unit_with_its_role_or_without(archived, wh
     "where", [{"temperature": "100 Hz"}, {"chamber": "100 °C"}, {"temperature": "warm"},
               {"temperature": 99}]
 )  # fmt: skip
-def test_another_coordinate_finds_nothing(archived, where):
+def test_other_coordinates_match_nothing(archived, where):
     assert results_of(archived, where=where) == []
     assert len(query(database=archived, where=where)) == 0
 
 
-def test_a_range_holds_in_any_unit_and_at_the_place_that_is_named(archived):
+def test_result_range_applies_in_any_unit_at_the_given_coordinate(archived):
     limits = {"resistance": "138.9..139 Ω"}
     assert [run for run, *_ in results_of(archived, result=limits)] == ["bad"]
     assert results_of(archived, result=limits, where={"temperature": 0}) == []
     assert query(database=archived, result=limits).column("run_id") == ["bad"]
     assert results_of(archived, result={"resistance": "138.9..139 V"}) == []
-    assert len(query(database=archived, result=["resistance", "air"])) == 0, "every one is there"
+    assert len(query(database=archived, result=["resistance", "air"])) == 0, (
+        "a run must have all of them"
+    )
 
 
-def test_what_is_no_place_is_refused(archived):
+def test_invalid_coordinate_is_refused(archived):
     with pytest.raises(UsageError, match="'100 Grad'"):
         results_of(archived, where={"temperature": "100 Grad"})
 
 
-def test_a_study_counts_runs_not_values_that_did_not_pass_all_checks(database, runs):
+def test_study_counts_runs_with_failed_checks_not_values(database, runs):
     ohms = {0.0: 100.02, 100.0: 138.53}
     store_resistances(runs, "good", ohms)
     failed = {"name": "zero", "ok": False}

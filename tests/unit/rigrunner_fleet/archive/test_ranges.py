@@ -1,4 +1,4 @@
-"""Ranges of values and times as a person writes them."""
+"""Ranges of values and times as text."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ def test_a_range_is_read_in_si_units(text, low, high):
 
 
 @pytest.mark.parametrize(
-    ("text", "what"),
+    ("text", "message"),
     [
         ("0.5..0.8", "has no unit"),
         ("0.5..0.8 N", "is a force, not a torque"),
@@ -55,18 +55,18 @@ def test_a_range_is_read_in_si_units(text, low, high):
         ("'; DROP TABLE runs..1 N·m", "not a number"),
     ],
 )
-def test_what_is_no_range_is_refused_with_what_is_allowed(text, what):
-    with pytest.raises(UsageError, match=what) as caught:
+def test_invalid_ranges_are_refused_with_a_hint(text, message):
+    with pytest.raises(UsageError, match=message) as caught:
         range_of(text, "torque")
     assert caught.value.hint
 
 
-def test_ends_of_two_dimensions_are_refused():
+def test_ends_of_different_dimensions_are_refused():
     with pytest.raises(UsageError, match="combines a torque with a force"):
         range_of("1 N·m..2 N")
 
 
-def test_a_nominal_value_stands_for_itself():
+def test_nominal_value_matches_itself_with_rounding():
     parsed = range_of("10 Hz", "frequency", nominal=True)
     assert parsed.low < 10 < parsed.high
     assert parsed.high - parsed.low == pytest.approx(2e-5)
@@ -85,12 +85,12 @@ def test_any_text_is_a_moment_or_a_usage_error(text):
         assert since(text) < until(text)
 
 
-def test_a_day_is_all_of_it_in_utc():
+def test_day_is_a_whole_utc_day():
     assert since("2026-01-31") == datetime(2026, 1, 31, tzinfo=UTC)
     assert until("2026-01-31") == datetime(2026, 2, 1, tzinfo=UTC)
 
 
-def test_a_zone_is_taken_into_account():
+def test_time_zone_is_converted_to_utc():
     assert since("2026-01-31T00:30+01:00") == datetime(2026, 1, 30, 23, 30, tzinfo=UTC)
     assert since("2026-01-31T00:30") == datetime(2026, 1, 31, 0, 30, tzinfo=UTC)
     noon = datetime(2026, 1, 31, 12, tzinfo=UTC)
@@ -98,6 +98,6 @@ def test_a_zone_is_taken_into_account():
 
 
 @pytest.mark.parametrize("text", ["31.01.2026", "2026-13-01", "yesterday", "9999-12-31", ""])
-def test_other_days_are_refused(text):
+def test_invalid_days_are_refused(text):
     with pytest.raises(UsageError):
         until(text)

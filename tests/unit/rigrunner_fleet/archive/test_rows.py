@@ -1,4 +1,4 @@
-"""Rows for other programs: CSV, Parquet, data frames, datasets."""
+"""Exports of rows: CSV, Parquet, data frames, datasets."""
 
 from __future__ import annotations
 
@@ -6,6 +6,7 @@ import csv
 import io
 import re
 import sys
+from contextlib import closing
 from datetime import UTC, datetime
 from math import inf
 
@@ -18,14 +19,14 @@ from rigrunner.api.errors import MissingPackageError, UsageError
 from rigrunner_fleet.archive import Rows, index, open_archive, query
 from unit.rigrunner_fleet.archive.helpers_archive import result_document, store_run
 
-WHEN = datetime(2026, 3, 1, 12, 0, 0, 1000, tzinfo=UTC)
+START = datetime(2026, 3, 1, 12, 0, 0, 1000, tzinfo=UTC)
 SMALL = Rows(
     "runs",
     {"run_id": str, "started_utc": datetime, "rig": str, "torque_nm": float, "n": int, "ok": bool},
     (
-        ('a,b\n"c"', WHEN, "é", 0.1 + 0.2, 1, True),
+        ('a,b\n"c"', START, "é", 0.1 + 0.2, 1, True),
         (None, None, None, None, None, None),
-        ("d", WHEN, "f", inf, 2**40, False),
+        ("d", START, "f", inf, 2**40, False),
     ),
 )  # fmt: skip
 
@@ -35,9 +36,8 @@ def archive(runs):
     store_run(runs, "one", inputs={"specimen": "A"})
     points = result_document()["points"][:1]
     store_run(runs, "two", result_document(0.8, points=points), inputs={"specimen": "B"})
-    opened = open_archive(runs)
-    index(opened, [runs])
-    opened.close()
+    with closing(open_archive(runs)) as opened:
+        index(opened, [runs])
     return runs
 
 
@@ -75,7 +75,7 @@ def one_column(texts):
 
 
 @pytest.mark.parametrize("text", FORMULAS)
-def test_what_a_spreadsheet_would_compute_is_kept_a_text(text):
+def test_spreadsheet_formulas_are_escaped(text):
     ((_,), (shown,)) = csv.reader(io.StringIO(one_column([text]).to_csv(), newline=""))
     assert shown.replace("'", "") == text.replace("'", "").replace("\r\n", "\n").replace("\r", "\n")
     for part in re.split(r"[;\n]", shown):
@@ -83,16 +83,16 @@ def test_what_a_spreadsheet_would_compute_is_kept_a_text(text):
 
 
 @pytest.mark.parametrize("text", HARMLESS)
-def test_what_no_spreadsheet_computes_stays_as_it_is(text):
+def test_harmless_texts_are_unchanged(text):
     assert one_column([text]).to_csv() == one_column([text]).to_csv(raw=True)
 
 
-def test_raw_csv_has_the_bytes():
+def test_raw_csv_keeps_formulas():
     for text in FORMULAS:
         assert text.replace('"', '""') in one_column([text]).to_csv(raw=True)
 
 
-def test_numbers_stay_numbers():
+def test_negative_numbers_are_not_escaped():
     rows = Rows("points", {"torque_nm": float}, ((-0.5,),))
     assert rows.to_csv() == "torque_nm\n-0.5\n"
 
@@ -105,7 +105,7 @@ def test_parquet_reads_back_to_the_same_values(tmp_path):
     ]
 
 
-def test_an_empty_table_has_the_same_types(tmp_path):
+def test_empty_table_has_the_same_column_types(tmp_path):
     Rows("runs", SMALL.columns, ()).to_parquet(tmp_path / "none.parquet")
     SMALL.to_parquet(tmp_path / "some.parquet")
     read = pyarrow.parquet.read_schema
@@ -116,7 +116,7 @@ def test_an_empty_table_has_the_same_types(tmp_path):
 def test_a_data_frame_has_times_and_numbers():
     frame = SMALL.to_pandas()
     assert frame["started_utc"].dtype == pd.DatetimeTZDtype("us", "UTC")
-    assert frame["started_utc"][0] == WHEN
+    assert frame["started_utc"][0] == START
     assert frame["torque_nm"].dtype == np.float64
     assert np.isnan(frame["torque_nm"][1])
     assert frame["n"].tolist() == [1, None, 2**40]
@@ -138,7 +138,7 @@ def test_runs_become_a_dataset_of_rows(archive):
     assert dataset["torque_nm"].to_numpy() == pytest.approx([0.72, 0.8])
 
 
-def test_a_run_that_is_there_twice_makes_no_dataset(archive):
+def test_duplicate_runs_make_no_dataset(archive):
     points = query("points", runs=archive)
     twice = Rows("points", points.columns, points.values * 2)  # noqa: PD011  (no data frame)
     with pytest.raises(UsageError, match="more than once"):
@@ -156,13 +156,13 @@ def test_a_plot_has_a_series_for_each_value(archive):
     assert [list(line) for line in lines] == [[0.72], [0.8]]
 
 
-def test_a_column_that_there_is_not_is_named():
+def test_plot_of_unknown_column_is_refused():
     with pytest.raises(UsageError, match="no column 'torque'") as caught:
         SMALL.plot("torque")
     assert "torque_nm" in caught.value.hint
 
 
-def test_a_missing_package_is_named(monkeypatch, tmp_path):
+def test_missing_packages_are_named(monkeypatch, tmp_path):
     monkeypatch.setitem(sys.modules, "pandas", None)
     monkeypatch.setitem(sys.modules, "pyarrow", None)
     for call in (SMALL.to_pandas, lambda: SMALL.to_parquet(tmp_path / "a.parquet")):
@@ -171,7 +171,7 @@ def test_a_missing_package_is_named(monkeypatch, tmp_path):
         assert "rigrunner[export]" in caught.value.hint
 
 
-def test_a_file_that_cannot_be_written_is_said(tmp_path):
+def test_unwritable_file_is_reported(tmp_path):
     for call in (SMALL.to_csv, SMALL.to_parquet):
         with pytest.raises(UsageError, match="cannot be written"):
             call(tmp_path / "nowhere" / "rows")

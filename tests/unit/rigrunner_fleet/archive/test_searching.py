@@ -1,4 +1,4 @@
-"""Queries on both engines, against a search of the same rows in Python."""
+"""Queries on both engines, compared with a search of the same rows in Python."""
 
 from __future__ import annotations
 
@@ -29,14 +29,12 @@ PATTERNS = ["SN-*", "*1", "S?1", "*", "[S]*", "S%*", "S\\*", "?", "É*"]
 TYPES = ["GE20", "GE25", None]
 TORQUES = [0.5, 0.7, 0.70001, 0.95, -0.1, None]
 FREQUENCIES = [1.0, 10.0, 35.0]
-
-
 HOURS = [*range(0, 100, 3), 36, 39]
 """After START; the times of the filters are among them."""
 
 
-def many_rows() -> list[dict]:
-    """Rows of runs, as indexing would store them: each name, and all else at random."""
+def random_rows() -> list[dict]:
+    """Return rows as indexing would store them: names in turn, everything else random."""
     rng = random.Random(1)  # noqa: S311  (no secret)
     return [
         {
@@ -75,10 +73,10 @@ OPTIONS = {
         [{"inertia": "0.002..0.0023 kg·m²"}, {"model/inertia": "0.0023 kg·m².."}]
     ),
 }
-WORDS = st.lists(st.sampled_from(list(OPTIONS)), max_size=3, unique=True).flatmap(
+FILTERS = st.lists(st.sampled_from(list(OPTIONS)), max_size=3, unique=True).flatmap(
     lambda names: st.fixed_dictionaries({name: OPTIONS[name] for name in names})
 )
-"""Few at a time: many together leave nothing to compare."""
+"""At most three: many filters together match no row."""
 
 
 def store_rows(archive, data):
@@ -169,7 +167,7 @@ def fits(row, filters):
 
 
 def compare(archive, data, filters):
-    """Search the archive, and compare with the search in Python."""
+    """Compare a query of the archive with the search in Python."""
     runs = rows(archive, "runs", filters_of(**filters))
     points = rows(archive, "points", filters_of(**filters))
     expected = sorted(
@@ -185,13 +183,13 @@ def compare(archive, data, filters):
     ]
 
 
-def test_a_query_finds_what_fits_and_nothing_else(database):
-    data = many_rows()
+def test_queries_equal_a_search_in_python(database):
+    data = random_rows()
     with closing(open_archive(database=database)) as archive:
         store_rows(archive, data)
 
         @settings(max_examples=examples(60), deadline=None)
-        @given(filters=WORDS)
+        @given(filters=FILTERS)
         def check(filters):
             compare(archive, data, filters)
 
@@ -207,15 +205,15 @@ INJECTIONS = ["' OR '1'='1", "'; DROP TABLE runs; --", '" OR 1=1 --', "\\'; --",
 
 
 @pytest.mark.parametrize("text", INJECTIONS)
-def test_no_text_becomes_part_of_the_statement(database, text):
+def test_sql_injection_matches_nothing(database, text):
     with closing(open_archive(database=database)) as archive:
-        store_rows(archive, _few())
+        store_rows(archive, three_rows())
         for filters in ({"specimen": text}, {"inputs": {text: text}}, {"specimen": f"{text}*"}):
             assert len(rows(archive, "runs", filters_of(**filters))) == 0
         assert len(rows(archive, "runs", filters_of())) == 3
 
 
-def _few():
+def three_rows():
     blank = {
         "type": None, "rig": "rig-1", "verdict": "pass", "simulated": False, "replayed": False,
         "points": [], "order": None, "inertia": None, "specimen": "SN-1", "torque_nm": 0.7,
@@ -231,22 +229,22 @@ def _few():
     ]
 
 
-def test_a_limit_leaves_the_newest_runs_in_their_order(database):
+def test_limit_keeps_the_newest_runs_in_order(database):
     with closing(open_archive(database=database)) as archive:
-        store_rows(archive, _few())
+        store_rows(archive, three_rows())
         newest = rows(archive, "runs", filters_of(), limit=2)
         assert newest.column("run_id") == ["run-1", "run-2"]
         with pytest.raises(UsageError, match="selects nothing"):
             rows(archive, "runs", filters_of(), limit=0)
 
 
-def test_the_newest_runs_are_found_by_their_index(database):
-    """To sort a million runs takes a second."""
+def test_newest_runs_are_read_by_index(database):
+    """Sorting a million runs takes a second."""
     with closing(open_archive(database=database)) as archive:
-        store_rows(archive, _few())
+        store_rows(archive, three_rows())
         with archive.reading() as connection:
             sqlite = connection.dialect.name == "sqlite"
-            # Of three rows PostgreSQL would read all.
+            # PostgreSQL would not use the index for three rows.
             connection.execute(text("SELECT 1" if sqlite else "SET enable_seqscan = off"))
             select = select_rows("runs", filters_of(), connection.dialect, 2)
             statement = select.compile(connection, compile_kwargs={"literal_binds": True})
@@ -255,8 +253,8 @@ def test_the_newest_runs_are_found_by_their_index(database):
     assert ("USING INDEX runs_by_start" if sqlite else "Backward using runs_by_start") in plan
 
 
-def test_a_run_without_a_start_is_the_oldest_on_both_engines(database):
-    stored_rows = _few()
+def test_run_without_a_start_time_sorts_first(database):
+    stored_rows = three_rows()
     stored_rows[1]["started_utc"] = None
     with closing(open_archive(database=database)) as archive:
         store_rows(archive, stored_rows)
@@ -265,7 +263,7 @@ def test_a_run_without_a_start_is_the_oldest_on_both_engines(database):
 
 
 @pytest.mark.parametrize(
-    ("filters", "what", "hint"),
+    ("filters", "message", "hint"),
     [
         ({"specimn": "A"}, "there is no filter 'specimn'", "did you mean 'specimen'"),
         ({"verdict": "passed"}, "there is no verdict 'passed'", "conditional pass"),
@@ -273,13 +271,13 @@ def test_a_run_without_a_start_is_the_oldest_on_both_engines(database):
         ({"torque": "0.7 N·m"}, "is not a range", "0.5..0.8"),
     ],
 )
-def test_a_filter_that_there_is_not_is_refused(filters, what, hint):
-    with pytest.raises(UsageError, match=what) as caught:
+def test_invalid_filters_are_refused(filters, message, hint):
+    with pytest.raises(UsageError, match=message) as caught:
         filters_of(**filters)
     assert hint in caught.value.hint
 
 
-def test_a_table_that_there_is_not_is_refused(tmp_path):
+def test_unknown_table_is_refused(tmp_path):
     with closing(open_archive(tmp_path)) as archive:
         archive.make()
     with pytest.raises(UsageError, match="no table 'roots'"):

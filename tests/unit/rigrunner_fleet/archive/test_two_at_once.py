@@ -1,4 +1,4 @@
-"""Several processes index the same folder, and others search meanwhile."""
+"""Several processes index a folder while others search it."""
 
 from __future__ import annotations
 
@@ -15,8 +15,6 @@ from rigrunner_fleet.archive import index, open_archive, query
 from unit.rigrunner_fleet.archive.helpers_archive import store_run
 
 _RUNS, _PROCESSES = 15, 3
-
-
 _INDEX = """
 import sys
 from pathlib import Path
@@ -37,20 +35,22 @@ def many(runs):
 
 
 @pytest.mark.thorough
-def test_processes_that_index_at_once_leave_each_run_once(database, many):
+def test_concurrent_indexing_stores_each_run_once(database, many):
     command = [sys.executable, "-c", _INDEX, database, str(many)]
     workers = [subprocess.Popen(command) for _ in range(_PROCESSES)]
     states = set()
     while any(worker.poll() is None for worker in workers):
-        states |= _state(database)
+        states |= count_rows(database)
         time.sleep(0.01)
     assert [worker.returncode for worker in workers] == [0] * _PROCESSES
-    assert states <= {(0, 0, 0)} | {(n, 2 * n, n) for n in range(_RUNS + 1)}, "no run is seen half"
-    assert _state(database) == {(_RUNS, 2 * _RUNS, _RUNS)}
+    assert states <= {(0, 0, 0)} | {(n, 2 * n, n) for n in range(_RUNS + 1)}, (
+        "no run is half stored"
+    )
+    assert count_rows(database) == {(_RUNS, 2 * _RUNS, _RUNS)}
 
 
-def _state(database: str) -> set[tuple[int, int, int]]:
-    """Return how many runs, points and inputs there are, in one state; nothing before the first."""
+def count_rows(database: str) -> set[tuple[int, int, int]]:
+    """Return the numbers of runs, points and inputs at one time; empty before the tables exist."""
     with closing(open_archive(database=database)) as archive, suppress(UsageError):
         with archive.reading() as connection:
             counts = connection.exec_driver_sql(
@@ -61,7 +61,7 @@ def _state(database: str) -> set[tuple[int, int, int]]:
     return set()
 
 
-def test_a_search_while_a_transaction_writes_sees_the_state_before(database, many):
+def test_search_during_a_write_sees_the_previous_state(database, many):
     archive = open_archive(database=database)
     index(archive, [many])
     with archive.writing() as connection:

@@ -1,4 +1,4 @@
-"""An archive that the program of version 2 of its tables made: the tables and rows it left."""
+"""Archives made by earlier versions are upgraded."""
 
 from __future__ import annotations
 
@@ -22,11 +22,11 @@ ON_POSTGRESQL = {
 
 @pytest.fixture(params=[1, 2])
 def old(request, database, runs):
-    """Make the archive of a run that is gone, a damaged one, and one that is there."""
+    """Make an archive of a missing run and a damaged one, and store a run beside it."""
     script = SCRIPT.read_text(encoding="utf-8")
     if database.startswith("postgresql"):
-        for there, here in ON_POSTGRESQL.items():
-            script = script.replace(there, here)
+        for sqlite, postgresql in ON_POSTGRESQL.items():
+            script = script.replace(sqlite, postgresql)
     if request.param == 1:
         script += "DROP TABLE coordinates;\nDROP TABLE results;\nUPDATE archive SET value = '1';\n"
     with closing(open_archive(database=database)) as archive, archive.writing() as connection:
@@ -36,14 +36,14 @@ def old(request, database, runs):
     return database, request.param
 
 
-def test_indexing_brings_it_up_to_date_and_forgets_no_run_without_files(old, runs):
+def test_indexing_upgrades_and_keeps_missing_runs(old, runs):
     database, version = old
     with pytest.raises(DataError, match=f"of version {version}") as caught:
         query(database=database)
     assert "archive index" in caught.value.hint
     with closing(open_archive(database=database)) as archive:
         (first,) = index(archive, [runs])
-        assert first.new == 1, "only what is there is read"
+        assert first.new == 1, "missing runs are not read"
         (again,) = index(archive, [runs])
         assert (again.new, again.changed) == (0, 0)
     runs_by_id = {row["run_id"]: row for row in query(database=database)}
@@ -55,38 +55,40 @@ def test_indexing_brings_it_up_to_date_and_forgets_no_run_without_files(old, run
     assert not runs_by_id["kept"]["missing"]
 
 
-def test_the_rows_of_a_run_without_files_stay(old, runs):
+def test_rows_of_missing_runs_are_kept(old, runs):
     database, version = old
     with closing(open_archive(database=database)) as archive:
         index(archive, [runs])
 
-    def of(table, run, *columns, **filters):
+    def rows_of(table, run, *columns, **filters):
         rows = query(table, database=database, **filters)
         return [tuple(row[column] for column in columns) for row in rows if row["run_id"] == run]
 
-    results = of("results", "gone", "place", "value", "unit", "verdict", "lower", "si_value")
+    results = rows_of("results", "gone", "place", "value", "unit", "verdict", "lower", "si_value")
     assert results == ([] if version == 1 else [
         ("chamber.temperature = 0 °C", 100020.0, "mΩ", "pass", 99883.0, 100.02),
         ("chamber.temperature = 100 °C", 138950.0, "mΩ", "fail", 138203.0, 138.95),
     ])  # fmt: skip
     at_100 = {"result": {"resistance": "138..139 Ω"}, "where": {"temperature": "373.15 K"}}
-    assert of("results", "gone", "value", **at_100) == [(value,) for _, value, *_ in results[1:]]
-    assert of("points", "damaged", "recording", "torque_nm", "dof") == [
+    assert rows_of("results", "gone", "value", **at_100) == [
+        (value,) for _, value, *_ in results[1:]
+    ]
+    assert rows_of("points", "damaged", "recording", "torque_nm", "dof") == [
         ("001", 0.73, float("inf")), ("002", 0.74, float("inf")),
     ]  # fmt: skip
-    assert of("figures", "damaged", "source", "name", "value", "unit")[1] == (
+    assert rows_of("figures", "damaged", "source", "name", "value", "unit")[1] == (
         "template_inverse", "inertia", 0.00232, "kg·m²",
     )  # fmt: skip
-    ((decided_utc, reason),) = of("decisions", "gone", "decided_utc", "reason")
+    ((decided_utc, reason),) = rows_of("decisions", "gone", "decided_utc", "reason")
     assert (decided_utc.isoformat(), reason) == ("2026-03-01T12:00:00+00:00", "made")
-    assert of("inputs", "gone", "name", "value") == [("specimen", "Pt-1")]
-    ((name, sha256), (_, none)) = of("files", "gone", "name", "sha256")
+    assert rows_of("inputs", "gone", "name", "value") == [("specimen", "Pt-1")]
+    ((name, sha256), (_, none)) = rows_of("files", "gone", "name", "sha256")
     assert (name, sha256[:8], none) == ("note.txt", "47a8dea6", "")
 
 
 def test_limits_of_version_3_are_read_again(database, runs):
-    """Of a minimum and a maximum in two entries it has one: a Cpl of 2.5 for a Cpk of 0.8."""
-    there, gone = [store_resistances(runs, name, {0.0: 100.0}) for name in ("there", "gone")]
+    """Version 3 kept one of two entries with min and max: a Cpl of 2.5 for a Cpk of 0.8."""
+    kept, gone = [store_resistances(runs, name, {0.0: 100.0}) for name in ("kept", "gone")]
     with closing(open_archive(database=database)) as archive:
         index(archive, [runs])
         shutil.rmtree(gone)
@@ -102,13 +104,13 @@ def test_limits_of_version_3_are_read_again(database, runs):
         index(archive, [runs])
     rows = query("results", database=database)
     assert {row["run_id"]: (row["lower"], row["upper"]) for row in rows} == {
-        "there": LIMITS_OHM[0.0],
+        "kept": LIMITS_OHM[0.0],
         "gone": (None, None),
     }
-    assert there.exists()
+    assert kept.exists()
 
 
-def test_it_can_be_rebuilt_as_well(old, runs):
+def test_old_archive_can_be_rebuilt(old, runs):
     database, _ = old
     with closing(open_archive(database=database)) as archive:
         rebuild(archive, [runs])

@@ -1,4 +1,4 @@
-"""`rigrunner golden`: a changed compensation is told, however it is installed."""
+"""`rigrunner golden` reports a changed compensation of a lab's own plugin."""
 
 from __future__ import annotations
 
@@ -41,12 +41,12 @@ class Lab:
         return self.folder / "golden"
 
     @property
-    def words(self):
-        """Options by which a command analyses with the lab's own method."""
+    def options(self):
+        """Options of a command to analyse with the lab's own method."""
         return ["--station", self.folder / "station.yaml", "--analysis", self.folder / "own.yaml"]
 
     def change(self, difference):
-        """Write another difference into the method."""
+        """Change the difference that the method computes."""
         text = self.plugin.read_text(encoding="utf-8")
         assert DIFFERENCE in text
         changed = text.replace(DIFFERENCE, f"model_of({difference}, effects")
@@ -54,7 +54,7 @@ class Lab:
 
 
 def lab_in(folder, runs):
-    """Make a lab with a method of its own and copies of these runs."""
+    """Make a lab with its own method and copies of runs."""
     (folder / "plugins").mkdir(parents=True)
     station_file(folder, ("id: simulated\n", "id: simulated\nplugins: plugins\n"))
     (folder / "own.yaml").write_text(ANALYSIS, encoding="utf-8")
@@ -71,11 +71,11 @@ pytestmark = pytest.mark.thorough
 
 @pytest.fixture(scope="module")
 def recorded(quick, tmp_path_factory):
-    """A lab whose runs are golden, with copies of their files."""
+    """A lab with golden runs and copies of their files."""
     lab = lab_in(tmp_path_factory.mktemp("lab"), [quick.no_load, quick.loaded])
     result = call(
         "golden", "record", lab.folder / "runs", "--out", lab.golden, "--copy", "--jobs", "1",
-        *lab.words,
+        *lab.options,
     )  # fmt: skip
     assert (result.code, result.out) == (0, f"2 golden runs in {lab.golden}\n"), result.err
     shutil.rmtree(lab.folder / "runs")
@@ -89,10 +89,10 @@ def lab(recorded, tmp_path):
 
 
 def check(lab, *more):
-    return call("golden", "check", lab.golden, "--jobs", "1", *lab.words, *more)
+    return call("golden", "check", lab.golden, "--jobs", "1", *lab.options, *more)
 
 
-def test_nothing_moved(lab, quick):
+def test_unchanged_results_are_equal(lab, quick):
     result = check(lab)
     assert result.code == 0, result.err
     assert result.out == "equal bit for bit  2\n\nNo change in 2 golden runs\n"
@@ -101,7 +101,7 @@ def test_nothing_moved(lab, quick):
     assert reference["at"] == f"{quick.loaded.name}/run.h5"
 
 
-def test_a_deliberately_changed_compensation(lab, quick, tmp_path):
+def test_changed_compensation_is_reported(lab, quick, tmp_path):
     before = json.loads((lab.golden / quick.loaded.name / "reference.json").read_text())["found"]
     lab.change("raw.value - rig.value + 0.3")
     page, cases = tmp_path / "report.html", tmp_path / "cases.xml"
@@ -119,20 +119,20 @@ def test_a_deliberately_changed_compensation(lab, quick, tmp_path):
         assert move["shift_in_u"] == pytest.approx(0.3 / figure["expanded"])
     report = Page()
     report.feed(page.read_text(encoding="utf-8"))
-    for words in ("1 of 2 to be looked at", "verdict: pass → fail", "+300.000 mN·m"):
-        assert words in report.words
+    for text in ("1 of 2 to be looked at", "verdict: pass → fail", "+300.000 mN·m"):
+        assert text in report.words
     suite = ET.fromstring(cases.read_text(encoding="utf-8"))  # noqa: S314  (we wrote it)
     assert (suite.get("tests"), suite.get("failures")) == ("2", "1")
     assert suite.find("testcase/failure").get("message") == "verdict flipped"
 
 
-def test_a_move_within_the_tolerance_passes(lab):
+def test_shift_within_the_tolerance_passes(lab):
     lab.change("(raw.value - rig.value) * (1 + 1e-12)")
     result = check(lab)
     assert (result.code, "moved within the tolerance  1" in result.out) == (0, True)
 
 
-def test_a_method_that_refuses_and_a_run_that_is_gone(lab, quick):
+def test_refusing_method_and_missing_run_are_reported(lab, quick):
     lab.change("_refuse()")
     result = check(lab)
     assert result.code == 1
@@ -144,7 +144,7 @@ def test_a_method_that_refuses_and_a_run_that_is_gone(lab, quick):
     assert "there is no " in result.out
 
 
-def test_a_run_that_is_damaged_or_another_one_is_not_compared(lab, quick):
+def test_damaged_and_exchanged_runs_are_not_compared(lab, quick):
     loaded, no_load = (lab.golden / run.name / "run.h5" for run in (quick.loaded, quick.no_load))
     loaded.chmod(0o644)
     shutil.copyfile(no_load, loaded)
@@ -155,13 +155,13 @@ def test_a_run_that_is_damaged_or_another_one_is_not_compared(lab, quick):
     assert "is another run than the golden one" in result.out
 
 
-def test_results_that_are_kept_are_not_computed_again(lab, tmp_path):
+def test_stored_results_are_not_computed_again(lab, tmp_path):
     for before in ("", "2 of 2 runs were done before"):
         result = check(lab, "--out", tmp_path / "kept")
         assert (result.code, before in result.err) == (0, True)
 
 
-def test_where_the_runs_are_can_be_said(lab, quick, tmp_path):
+def test_folder_of_the_runs_can_be_given(lab, quick, tmp_path):
     shutil.copytree(quick.loaded.parent, tmp_path / "moved")
     for run in (quick.loaded, quick.no_load):
         (lab.golden / run.name / "run.h5").unlink()
@@ -170,7 +170,7 @@ def test_where_the_runs_are_can_be_said(lab, quick, tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("arguments", "code", "words"),
+    ("arguments", "code", "message"),
     [
         (["check", "nowhere"], 2, "there is no golden run in nowhere"),
         (["check"], 2, "FOLDER"),
@@ -181,16 +181,16 @@ def test_where_the_runs_are_can_be_said(lab, quick, tmp_path):
         (["check", "nowhere", "--tolerance", "-1"], 2, "--tolerance"),
     ],
 )
-def test_what_is_said_wrongly(arguments, code, words, tmp_path, monkeypatch):
+def test_invalid_arguments_are_refused(arguments, code, message, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     (tmp_path / "odd").mkdir()
     (tmp_path / "odd/reference.json").write_text('{"format": "rigrunner: golden/2"}')
     result = call("golden", *arguments)
     assert (result.code, "Traceback" in result.err) == (code, False)
-    assert words in result.err
+    assert message in result.err
 
 
-def test_a_golden_run_is_not_overwritten(lab):
-    result = call("golden", "record", lab.golden, "--out", lab.golden, *lab.words)
+def test_golden_runs_are_not_overwritten(lab):
+    result = call("golden", "record", lab.golden, "--out", lab.golden, *lab.options)
     assert result.code == 2
     assert "is golden already" in result.err

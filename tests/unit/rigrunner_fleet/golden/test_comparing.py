@@ -58,29 +58,29 @@ REFUSED = Snapshot(problem="no no-load recording")
         (REFUSED, Snapshot(problem="in other words"), Standing.OTHER),
     ],
 )
-def test_each_standing(before, after, standing):
+def test_standing_of_each_difference(before, after, standing):
     assert compare("run", before, after).standing is standing
 
 
-def test_the_tolerance_is_a_share_of_the_reference_s_uncertainty():
+def test_tolerance_is_a_share_of_the_reference_uncertainty():
     moved = snapshot(0.7019)  # 0.095 U
     assert compare("run", snapshot(), moved, 0.1).standing is Standing.WITHIN
     assert compare("run", snapshot(), moved, 0.09).standing is Standing.BEYOND
 
 
-def test_a_shift_is_told_against_the_reference_s_uncertainty():
+def test_shift_is_in_units_of_the_reference_uncertainty():
     (result, at_5) = compare("run", snapshot(), snapshot(0.71, 0.03)).moves
     assert (result.name, at_5.name) == ("result", "result at 5 Hz")
     assert result.in_u == pytest.approx(0.5)
     assert result.of_u == pytest.approx(0.5)
 
 
-def test_a_figure_in_another_unit_is_infinitely_far():
+def test_other_unit_is_an_infinite_shift():
     before, after = Figure(1.0, 0.1, "N·m"), Figure(1.0, 0.1, "mN·m")
     assert Move(name="x", before=before, after=after).size == inf
 
 
-def test_a_method_that_takes_part_on_one_side_alone_is_no_move():
+def test_added_method_is_no_shift_but_missing_figures_are():
     more = snapshot(
         sources=("energy", "other"),
         figures={**snapshot().figures, "other: torque at 5 Hz": Figure(1.0, 0.1, "N·m")},
@@ -92,7 +92,7 @@ def test_a_method_that_takes_part_on_one_side_alone_is_no_move():
     assert compare("run", snapshot(), snapshot(figures=gone)).standing is Standing.BEYOND
 
 
-def test_each_visit_of_a_frequency_has_its_verdict():
+def test_each_visit_of_a_frequency_has_a_verdict():
     def verdicts_of(*parts):
         limits = [{"of": "5 Hz", "verdict": verdict} for verdict in parts]
         return verdicts({"decision": {"verdict": "fail", "parts": limits}})
@@ -102,7 +102,7 @@ def test_each_visit_of_a_frequency_has_its_verdict():
     assert compare("run", before, after).standing is Standing.VERDICT
 
 
-def test_the_gravest_come_first():
+def test_most_severe_comparisons_come_first():
     runs = [
         compare("equal", snapshot(), snapshot()),
         compare("small", snapshot(), snapshot(0.71)),
@@ -118,7 +118,7 @@ def overall(*runs):
     return Overall(runs=runs, tolerance=1e-6, made_by=())
 
 
-def test_over_all_runs():
+def test_overall_statistics_of_all_runs():
     moved = overall(
         compare("a", snapshot(), snapshot(0.71)),
         compare("b", snapshot(), snapshot(0.69)),
@@ -139,7 +139,7 @@ def test_over_all_runs():
     assert overall(not_compared("a", snapshot(), REFUSED, "gone")).exit_code == 5
 
 
-def test_words_on_a_run():
+def test_details_of_a_run_as_text():
     comparison = compare("run", snapshot(), snapshot(0.71, verdicts={"run": "fail"}))
     assert list(details(comparison)) == [
         "verdict: pass -> fail",

@@ -1,4 +1,4 @@
-"""References on disk: what was written is read, and what is none is refused with its place."""
+"""References on disk: written and read back; other files are refused with their path."""
 
 from __future__ import annotations
 
@@ -23,14 +23,14 @@ TEXTS = st.text(st.characters(exclude_categories=["Cs"]), max_size=20)
 FIGURES = st.dictionaries(TEXTS, st.builds(Figure, NUMBERS, st.none() | NUMBERS, TEXTS))
 
 
-def reference(name="a/b", **found):
+def reference(name="a/b", **parts):
     return Reference(
-        name=name, run="run", at="../runs/b", digest_sha256="0", made_by={}, found=Snapshot(**found)
+        name=name, run="run", at="../runs/b", digest_sha256="0", made_by={}, found=Snapshot(**parts)
     )
 
 
 @given(figures=FIGURES, checks=st.dictionaries(TEXTS, st.booleans()))
-def test_what_was_written_is_read_bit_by_bit(tmp_path_factory, figures, checks):
+def test_references_are_read_back_exactly(tmp_path_factory, figures, checks):
     folder = tmp_path_factory.mktemp("golden")
     written = reference(figures=figures, checks=checks)
     write_reference(folder, written)
@@ -42,17 +42,17 @@ def test_what_was_written_is_read_bit_by_bit(tmp_path_factory, figures, checks):
 
 
 @given(st.binary(max_size=100))
-def test_what_is_none_is_refused(tmp_path_factory, content):
+def test_invalid_reference_is_refused(tmp_path_factory, content):
     folder = tmp_path_factory.mktemp("golden")
     (folder / REFERENCE).write_bytes(content)
     with pytest.raises(DataError, match="is not a reference of a golden run"):
         read_references(folder)
 
 
-def test_an_empty_folder_has_no_golden_run(tmp_path):
+def test_empty_folder_is_refused(tmp_path):
     with pytest.raises(UsageError, match="there is no golden run"):
         read_references(tmp_path)
 
 
-def test_the_run_is_found_from_the_folder(tmp_path):
+def test_run_path_is_relative_to_the_folder(tmp_path):
     assert reference().path(tmp_path / "golden") == tmp_path / "runs" / "b"

@@ -1,4 +1,4 @@
-"""Every public member for notebooks is on its page, and nothing else."""
+"""The reference pages for notebooks list exactly the public members."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ ARCHIVE = (ROOT / "docs/reference/archive.md").read_text(encoding="utf-8")
 
 
 @pytest.mark.parametrize("kind", [Rows, Run, Analysis])
-def test_every_public_member_is_on_the_page_of_python(kind):
+def test_public_members_are_on_the_python_page(kind):
     (rows,) = re.findall(rf"^\| `{kind.__name__}` \|.*?\n\n", PYTHON, re.MULTILINE | re.DOTALL)
     cells = "".join(re.findall(r"^\|[^|]*\|", rows, re.MULTILINE))
     documented = set(re.findall(r"`(\w+)(?:\([^`]*\))?`", cells)) - {kind.__name__, "len"}
@@ -27,13 +27,13 @@ def test_every_public_member_is_on_the_page_of_python(kind):
     assert documented == members
 
 
-def test_every_filter_is_on_the_page_of_python():
+def test_filters_are_on_the_python_page():
     (paragraph,) = re.findall(r"The filters are.*?\n\n", PYTHON, re.DOTALL)
     assert set(KNOWN) - set(re.findall(r"`(\w+)", paragraph)) == set()
 
 
 @pytest.mark.parametrize("name", list(TABLES))
-def test_every_column_is_on_the_page_of_the_archive(name):
+def test_columns_are_on_the_archive_page(name):
     (section,) = re.findall(rf"^### {name}\n(.*?)(?=^### |\Z)", ARCHIVE, re.MULTILINE | re.DOTALL)
     first = "".join(re.findall(r"^\|[^|]*\|", section, re.MULTILINE))
     columns = {column.name for column in TABLES[name].c}

@@ -1,4 +1,4 @@
-"""Runs for notebooks: what `rigrunner_fleet.open_run` and `rigrunner_fleet.analyse` give."""
+"""Runs for notebooks: `rigrunner_fleet.open_run` and `rigrunner_fleet.analyse`."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ def small(tmp_path):
     return folder
 
 
-def test_samples_come_as_a_data_frame_over_time(small):
+def test_samples_convert_to_a_data_frame_over_time(small):
     frame = rigrunner_fleet.open_run(small).to_pandas("001_10Hz")
     assert list(frame.columns) == ["tester.angle", "tester.torque"]
     assert frame.index.name == "time_s"
@@ -35,7 +35,7 @@ def test_samples_come_as_a_data_frame_over_time(small):
     np.testing.assert_array_equal(frame["tester.torque"], TWO[0].channels["tester.torque"])
 
 
-def test_samples_come_as_a_dataset_with_units(small):
+def test_samples_convert_to_a_dataset_with_units(small):
     dataset = rigrunner_fleet.open_run(small / "run.h5").to_xarray("002_20Hz")
     assert dict(dataset.sizes) == {"time_s": 40_001}
     assert dataset["tester.torque"].attrs["units"] == "N·m"
@@ -43,7 +43,7 @@ def test_samples_come_as_a_dataset_with_units(small):
     assert dataset.attrs["tester.temperature"] == 295.25
 
 
-def test_a_name_that_is_not_there_is_told_with_those_that_are(small):
+def test_unknown_names_are_refused_with_the_known_ones(small):
     run = rigrunner_fleet.open_run(small)
     with pytest.raises(UsageError, match="no recording '1'") as caught:
         run.recording("1")
@@ -52,14 +52,14 @@ def test_a_name_that_is_not_there_is_told_with_those_that_are(small):
         run.measurements("temperature")
 
 
-def test_a_run_without_a_result_says_so_and_has_its_samples(small):
+def test_run_without_a_result_has_samples(small):
     run = rigrunner_fleet.open_run(small)
     assert run.result is None
     assert len(run.points) == 0
     assert len(run.plot("001_10Hz").figure.axes) == 2
 
 
-def test_the_points_of_a_run_are_those_of_its_result(quick):
+def test_points_of_a_run_equal_its_result(quick):
     run = rigrunner_fleet.open_run(quick.loaded)
     document = json.loads((quick.loaded / "result.json").read_text())
     points = document["compensations"]["template_inverse"]["points"]
@@ -74,7 +74,7 @@ def test_the_points_of_a_run_are_those_of_its_result(quick):
 
 
 @pytest.mark.thorough
-def test_a_run_analysed_again_gives_the_same_numbers(quick):
+def test_analysing_again_gives_the_same_numbers(quick):
     again = rigrunner_fleet.analyse(quick.loaded)
     assert again.document["headline"] == rigrunner_fleet.open_run(quick.loaded).result["headline"]
     assert again.points == rigrunner_fleet.open_run(quick.loaded).points
@@ -83,12 +83,12 @@ def test_a_run_analysed_again_gives_the_same_numbers(quick):
     assert with_partner.plot().figure.axes
 
 
-def test_what_is_no_run_is_refused(tmp_path):
+def test_missing_run_is_refused(tmp_path):
     with pytest.raises(DataError, match="there is no run"):
         rigrunner_fleet.open_run(tmp_path / "nowhere")
 
 
-def test_the_package_imports_nothing_before_it_is_asked():
+def test_package_imports_lazily():
     script = (
         "import rigrunner_fleet, sys\n"
         "heavy = {'numpy', 'h5py', 'sqlalchemy', 'matplotlib', 'pandas'}\n"

@@ -13,7 +13,7 @@ from rigrunner_fleet.reanalysis.selection import select_runs
 
 
 def lab_of(folder, quick, copies=3):
-    """Make a folder with runs of two rigs: a no-load run and copies of a loaded one."""
+    """Make a folder with runs of two rigs: a no-load run and copies of a loaded run."""
     shutil.copytree(quick.no_load, folder / "rig-1" / "no-load")
     for number in range(copies):
         rig = folder / f"rig-{1 + number % 2}"
@@ -24,8 +24,10 @@ def lab_of(folder, quick, copies=3):
 def batch(out, *, workers=None, progress=None, stop=None, **changed):
     """Return a batch that runs in this process by default."""
     progress = progress or (lambda *_: None)
-    plain = Batch(out, Changes(), None, workers or InProcess(), stop or threading.Event(), progress)
-    return replace(plain, **changed)
+    default = Batch(
+        out, Changes(), None, workers or InProcess(), stop or threading.Event(), progress
+    )
+    return replace(default, **changed)
 
 
 def reanalysed(lab, out, **changed):

@@ -1,4 +1,4 @@
-"""Many stored runs are analysed again, each once and as if alone, even if some fail."""
+"""Stored runs are analysed again, each once and with the result of a single analysis."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ def lab(quick, tmp_path_factory):
 
 @pytest.fixture(scope="module")
 def complete(lab, tmp_path_factory):
-    """All runs analysed again in two processes: (folder, summary)."""
+    """Analyse all runs again in two processes; return (folder, summary)."""
     out = tmp_path_factory.mktemp("complete") / "out"
     return out, reanalysed(lab, out, workers=Processes(2))
 
@@ -42,7 +42,7 @@ def settings(**analysis):
     return AnalysisFile.model_validate({"rigrunner": "analysis/1", "analysis": analysis}).analysis
 
 
-def test_every_result_is_that_of_a_single_analysis(lab, complete, quick):
+def test_batch_results_equal_single_analyses(lab, complete, quick):
     out, _ = complete
     texts = results(out)
     names = ["rig-1/loaded-0", "rig-1/loaded-2", "rig-1/no-load", "rig-2/loaded-1"]
@@ -53,7 +53,7 @@ def test_every_result_is_that_of_a_single_analysis(lab, complete, quick):
     assert json.loads(texts["rig-1/loaded-0"])["headline"] == first["headline"]
 
 
-def test_the_summary_has_a_line_per_run_with_now_and_before(complete, quick):
+def test_summary_compares_each_run_with_its_stored_result(complete, quick):
     out, summary = complete
     with (out / "summary.csv").open() as file:
         rows = {row["run"]: row for row in csv.DictReader(file)}
@@ -68,7 +68,7 @@ def test_the_summary_has_a_line_per_run_with_now_and_before(complete, quick):
     assert (len(summary.analysed), summary.failed, summary.other_verdicts) == (4, (), ())
 
 
-def test_nothing_is_done_twice(lab, complete, monkeypatch):
+def test_finished_runs_are_not_analysed_again(lab, complete, monkeypatch):
     monkeypatch.setattr(module.Reanalysis, "__call__", lambda *_: pytest.fail("done again"))
     counts = []
     again = reanalysed(lab, complete[0], progress=lambda *count: counts.append(count))
@@ -77,17 +77,17 @@ def test_nothing_is_done_twice(lab, complete, monkeypatch):
 
 
 @pytest.mark.thorough
-def test_what_was_stopped_goes_on_and_is_the_same_in_the_end(lab, complete, tmp_path):
+def test_stopped_batch_continues_to_the_same_results(lab, complete, tmp_path):
     stop, counts = threading.Event(), []
 
-    def after_two(done, of):
-        counts.append((done, of))
+    def after_two(done, total):
+        counts.append((done, total))
         if done == 2:
             stop.set()
 
-    with pytest.raises(AbortedError, match="2 of 4 runs are done") as ended:
+    with pytest.raises(AbortedError, match="2 of 4 runs are done") as caught:
         reanalysed(lab, tmp_path / "out", progress=after_two, stop=stop)
-    assert "the same command continues" in ended.value.hint
+    assert "the same command continues" in caught.value.hint
     assert json.loads((tmp_path / "out/summary.json").read_text())["analysed"] == 2
     times = {path: path.stat().st_mtime_ns for path in (tmp_path / "out").rglob("result.json")}
     assert len(times) == 2
@@ -99,25 +99,25 @@ def test_what_was_stopped_goes_on_and_is_the_same_in_the_end(lab, complete, tmp_
 
 
 @pytest.mark.thorough
-def test_damaged_files_are_listed_and_tried_again(quick, tmp_path):
+def test_damaged_files_are_listed_and_retried(quick, tmp_path):
     lab, out = lab_of(tmp_path / "lab", quick, copies=2), tmp_path / "out"
-    broken, text = lab / "rig-1/loaded-0/run.h5", lab / "no run.h5"
-    content = broken.read_bytes()
-    broken.chmod(0o644)
-    broken.write_bytes(content[: len(content) // 2])
+    damaged, text = lab / "rig-1/loaded-0/run.h5", lab / "no run.h5"
+    content = damaged.read_bytes()
+    damaged.chmod(0o644)
+    damaged.write_bytes(content[: len(content) // 2])
     text.write_text("not HDF5")
     runs = select_runs([lab, text])
     summary = batch(out, workers=Processes(2)).run(runs)
     assert [row.run for row in summary.failed] == ["no run", "rig-1/loaded-0"]
     assert all("run.h5" in row.problem for row in summary.failed)
     assert [row.run for row in summary.analysed] == ["rig-1/no-load", "rig-2/loaded-1"]
-    broken.write_bytes(content)
+    damaged.write_bytes(content)
     again = batch(out).run(runs)
     assert [row.run for row in again.failed] == ["no run"]
     assert "rig-1/loaded-0" in results(out)
 
 
-def test_a_bug_is_listed_with_its_traceback_in_a_file(lab, tmp_path, monkeypatch):
+def test_traceback_of_a_bug_is_stored(lab, tmp_path, monkeypatch):
     def broken(_, path):
         raise ZeroDivisionError(path.name)
 
@@ -129,16 +129,16 @@ def test_a_bug_is_listed_with_its_traceback_in_a_file(lab, tmp_path, monkeypatch
 
 
 @pytest.mark.thorough
-def test_a_run_whose_file_changed_is_analysed_again(tmp_path, quick):
-    mine = lab_of(tmp_path / "lab", quick, copies=1)
-    reanalysed(mine, tmp_path / "out")
-    os.utime(mine / "rig-1/loaded-0/run.h5", ns=(1, 1))
+def test_changed_run_file_is_analysed_again(tmp_path, quick):
+    lab = lab_of(tmp_path / "lab", quick, copies=1)
+    reanalysed(lab, tmp_path / "out")
+    os.utime(lab / "rig-1/loaded-0/run.h5", ns=(1, 1))
     counts = []
-    reanalysed(mine, tmp_path / "out", progress=lambda *count: counts.append(count))
+    reanalysed(lab, tmp_path / "out", progress=lambda *count: counts.append(count))
     assert counts == [(1, 2), (2, 2)]
 
 
-def test_no_earlier_result_stays_beside_a_run_that_fails_now(tmp_path, quick):
+def test_failed_run_loses_its_earlier_result(tmp_path, quick):
     lab, out = lab_of(tmp_path / "lab", quick, copies=1), tmp_path / "out"
     reanalysed(lab, out)
     assert "rig-1/loaded-0" in results(out)
@@ -150,7 +150,7 @@ def test_no_earlier_result_stays_beside_a_run_that_fails_now(tmp_path, quick):
     assert "rig-1/loaded-0" not in results(out)
 
 
-def test_another_primary_and_other_methods(lab, tmp_path):
+def test_primary_and_methods_can_be_changed(lab, tmp_path):
     changes = Changes(settings(compensations=["paper_peak", "energy"], primary="energy"))
     summary = reanalysed(lab / "rig-2", tmp_path / "out", changes=changes)
     (row,) = summary.analysed
@@ -162,7 +162,7 @@ def test_another_primary_and_other_methods(lab, tmp_path):
     assert by_name.analysed[0].torque_nm == row.torque_nm
 
 
-def test_changes_that_contradict_a_procedure(lab, tmp_path):
+def test_changes_that_contradict_the_procedure_fail(lab, tmp_path):
     summary = reanalysed(lab, tmp_path / "out", changes=Changes(primary="nothing"))
     refused = {row.run for row in summary.failed}
     assert refused == {"rig-1/loaded-0", "rig-1/loaded-2", "rig-2/loaded-1"}
@@ -171,25 +171,25 @@ def test_changes_that_contradict_a_procedure(lab, tmp_path):
     assert "allowed: " in summary.failed[0].problem
 
 
-def test_results_of_other_settings_do_not_get_into_one_folder(lab, complete):
+def test_folder_with_results_of_other_settings_is_refused(lab, complete):
     with pytest.raises(UsageError, match="changes of the analysis was none, is energy"):
         reanalysed(lab, complete[0], changes=Changes(primary="energy"))
 
 
-def test_another_folder_of_the_user_is_left_alone(lab, tmp_path):
+def test_folder_with_other_files_is_refused(lab, tmp_path):
     (tmp_path / "letter.txt").write_text("dear")
     with pytest.raises(UsageError, match="is not empty"):
         reanalysed(lab, tmp_path)
     assert [path.name for path in tmp_path.iterdir()] == ["letter.txt"]
 
 
-def test_a_worker_with_other_software_is_refused(lab):
+def test_worker_with_other_software_is_refused(lab):
     task = Reanalysis(changes=Changes(), software={"Rigrunner": "0.0.1"})
     with pytest.raises(DataError, match=r"a worker of the cluster has Rigrunner .*, not 0\.0\.1"):
         task(lab / "rig-2/loaded-1")
 
 
-def test_what_has_nothing_to_analyse_is_skipped_and_not_looked_at_again(tmp_path):
+def test_aborted_run_is_skipped_once(tmp_path):
     stop, counts = threading.Event(), []
     stop.set()
     aborted = run(find_procedure("no_load_inertia_sweep"), tmp_path / "lab", stop=stop)
@@ -204,13 +204,13 @@ def test_what_has_nothing_to_analyse_is_skipped_and_not_looked_at_again(tmp_path
 
 
 @pytest.mark.thorough
-def test_a_batch_on_a_cluster_is_the_same_though_a_worker_is_killed(lab, complete, tmp_path):
-    """The process that is at a run just then; the scheduler gives the run to another one."""
+def test_cluster_survives_a_killed_worker(lab, complete, tmp_path):
+    """A worker is killed during a run; the scheduler gives the run to the other one."""
     with two_workers() as cluster:
         counts = []
 
-        def kill(done, of):
-            counts.append((done, of))
+        def kill(done, total):
+            counts.append((done, total))
             if done == 1:
                 os.kill(busy_pid(cluster.scheduler_address), signal.SIGKILL)
 

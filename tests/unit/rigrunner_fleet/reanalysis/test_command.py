@@ -1,4 +1,4 @@
-"""`rigrunner reanalyse`: what it prints, how it ends, and how it goes on after Ctrl-C."""
+"""`rigrunner reanalyse`: its output, exit codes, and how it continues after Ctrl-C."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ def lab(quick, tmp_path_factory):
 
 
 @pytest.mark.thorough
-def test_what_was_found_and_where_it_is(lab, tmp_path):
+def test_command_prints_counts_and_writes_a_summary(lab, tmp_path):
     result = call("reanalyse", lab, "--out", tmp_path / "out", "--jobs", "1")
     assert result.code == 0, result.err
     assert result.out.splitlines()[:4] == [
@@ -40,7 +40,7 @@ def test_what_was_found_and_where_it_is(lab, tmp_path):
 
 
 @pytest.mark.thorough
-def test_what_fails_is_named_and_told_by_the_exit_code(lab, tmp_path):
+def test_failed_runs_are_named_and_exit_with_5(lab, tmp_path):
     (tmp_path / "letter.h5").write_text("dear")
     result = call(
         "reanalyse", lab / "rig-2", tmp_path / "letter.h5", "--out", tmp_path / "out", "--jobs", "1"
@@ -52,7 +52,7 @@ def test_what_fails_is_named_and_told_by_the_exit_code(lab, tmp_path):
 
 
 @pytest.mark.thorough
-def test_another_analysis_from_a_file(lab, tmp_path):
+def test_analysis_is_read_from_a_file(lab, tmp_path):
     (tmp_path / "energy.yaml").write_text(ANALYSIS)
     out = tmp_path / "out"
     result = call("reanalyse", lab / "rig-2", "--out", out, "--analysis", tmp_path / "energy.yaml")
@@ -62,7 +62,7 @@ def test_another_analysis_from_a_file(lab, tmp_path):
 
 @pytest.fixture
 def here(lab, tmp_path, monkeypatch):
-    """The present folder, with the runs of two rigs and a file with a typing mistake."""
+    """The current folder, with the runs of two rigs and a file with a typing error."""
     for rig in ("rig-1", "rig-2"):
         (tmp_path / rig).symlink_to(lab / rig)
     (tmp_path / "bad.yaml").write_text(ANALYSIS.replace("primary: energy", "primry: energy"))
@@ -71,7 +71,7 @@ def here(lab, tmp_path, monkeypatch):
 
 
 @pytest.mark.parametrize(
-    ("arguments", "code", "words"),
+    ("arguments", "code", "message"),
     [
         (["nowhere", "--out", "out"], 2, "there is no nowhere"),
         ([".", "--out", "out"], 2, "there is no run in ."),
@@ -84,18 +84,18 @@ def here(lab, tmp_path, monkeypatch):
         (["rig-1", "--out", "out", "--station", "nowhere"], 2, "there is no station"),
     ],
 )
-def test_what_is_said_wrongly(arguments, code, words, here):
+def test_invalid_arguments_are_refused(arguments, code, message, here):
     for rig in ("rig-1", "rig-2"):
         if rig not in arguments:
             (here / rig).unlink()
     result = call("reanalyse", *arguments)
     assert (result.code, "Traceback" in result.err) == (code, False)
-    assert words in result.err
+    assert message in result.err
     assert not (here / "out/summary.csv").exists()
 
 
 @pytest.mark.thorough
-def test_ctrl_c_keeps_what_is_done_and_the_same_command_goes_on(lab, tmp_path):
+def test_command_continues_after_ctrl_c(lab, tmp_path):
     for number in range(8):
         shutil.copytree(lab / "rig-2/loaded-1", tmp_path / "many" / str(number))
     command = [sys.executable, "-m", "rigrunner", "reanalyse", str(tmp_path / "many")]

@@ -1,4 +1,4 @@
-"""Which runs are meant, and what their results are called."""
+"""Selection of runs, and the names of their results."""
 
 from __future__ import annotations
 
@@ -26,42 +26,42 @@ def names(*paths):
     return [run.name for run in select_runs(paths)]
 
 
-def test_a_folder_stands_for_all_runs_below(lab):
+def test_folder_selects_all_runs_below(lab):
     assert names(lab) == ["a/one", "a/two", "b/one", "c/deep/er/four", "unsealed"]
     assert names(lab / "a") == ["one", "two"]
 
 
-def test_a_run_by_its_folder_or_its_file_and_once_though_named_twice(lab):
+def test_run_named_twice_is_selected_once(lab):
     assert names(lab / "a/one") == names(lab / "a/one/run.h5") == ["one"]
     assert names(lab / "a/one", lab / "a/one/run.h5", lab / "a") == ["one", "two"]
     assert names(lab / "unsealed") == ["unsealed"]
 
 
-def test_a_file_that_stands_alone(lab):
+def test_single_file_is_named_by_its_stem(lab):
     (lab / "SN 17.h5").touch()
     assert names(lab / "SN 17.h5") == ["SN 17"]
 
 
-def test_paths_are_absolute_for_other_machines(lab, monkeypatch):
+def test_selected_paths_are_absolute(lab, monkeypatch):
     monkeypatch.chdir(lab)
-    (only,) = select_runs([type(lab)("b")])
-    assert only.path == lab / "b/one"
+    (run,) = select_runs([Path("b")])
+    assert run.path == lab / "b/one"
 
 
-def test_two_runs_of_one_name_are_refused(lab):
+def test_runs_with_the_same_name_are_refused(lab):
     with pytest.raises(UsageError, match="would have one result, 'one'"):
         select_runs([lab / "a", lab / "b"])
 
 
 @pytest.mark.parametrize(
-    ("path", "words"), [("nowhere", "there is no "), ("c/notes", "there is no run in ")]
+    ("path", "message"), [("nowhere", "there is no "), ("c/notes", "there is no run in ")]
 )
-def test_where_no_run_is(path, words, lab):
-    with pytest.raises(UsageError, match=words):
+def test_paths_without_runs_are_refused(path, message, lab):
+    with pytest.raises(UsageError, match=message):
         select_runs([lab / path])
 
 
-def test_a_stamp_changes_with_the_file_alone(lab):
+def test_stamp_depends_only_on_the_run_file(lab):
     (before,) = select_runs([lab / "b"])
     stamp = before.stamp
     (lab / "b/one/report.html").touch()
@@ -72,13 +72,13 @@ def test_a_stamp_changes_with_the_file_alone(lab):
     assert unsealed.stamp == ""
 
 
-def test_a_folder_that_cannot_be_read_is_listed_and_not_left_out(lab, monkeypatch):
-    plain = os.scandir
+def test_unreadable_folder_is_listed(lab, monkeypatch):
+    original = os.scandir
 
     def scandir(path):
         if Path(path).name == "a":
             raise PermissionError(13, "Permission denied", str(path))
-        return plain(path)
+        return original(path)
 
     monkeypatch.setattr(os, "scandir", scandir)
     assert names(lab) == ["a", "b/one", "c/deep/er/four", "unsealed"]

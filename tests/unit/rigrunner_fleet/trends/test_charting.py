@@ -1,4 +1,4 @@
-"""Charts of many values: what the limits are made of, and what speaks against them."""
+"""Control charts: their limits, and warnings about the baseline."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ def steady(count, seed=5):
     return 10.0 + np.random.default_rng(seed).normal(size=count)
 
 
-def test_values_after_the_baseline_move_no_limit():
+def test_values_after_the_baseline_do_not_move_limits():
     values = steady(40)
     short = control_chart("a", observed(values[:20]), Charting())
     long = control_chart("a", observed([*values[:20], *(values[20:] + 100)]), Charting())
@@ -35,7 +35,7 @@ def test_values_after_the_baseline_move_no_limit():
     assert len(long.alarms) == 20
 
 
-def test_a_baseline_of_days_may_lie_anywhere():
+def test_baseline_of_days_may_be_anywhere():
     values = steady(40)
     days = Baseline(None, START + timedelta(days=10), START + timedelta(days=25))
     series = control_chart("a", observed(values), Charting(baseline=days))
@@ -44,13 +44,13 @@ def test_a_baseline_of_days_may_lie_anywhere():
     assert series.individuals.centre == pytest.approx(values[10:25].mean())
 
 
-def test_a_jump_is_met_by_the_moving_range_too():
+def test_moving_range_also_detects_a_jump():
     series = control_chart("a", observed([*steady(20), 20.0]), Charting(rules="shewhart"))
     assert series.points[-1].rules == ("Nelson 1", MOVING_RANGE)
     assert series.points[-1].moving_range == pytest.approx(abs(20.0 - steady(20)[-1]))
 
 
-def test_an_ewma_sees_a_small_shift_that_single_values_hide():
+def test_ewma_detects_a_small_shift():
     values = [*steady(20), *(steady(30, seed=9) + 1.0)]
     weighted = control_chart("a", observed(values), Charting("ewma", weight=0.1))
     single = control_chart("a", observed(values), Charting(rules="shewhart"))
@@ -70,12 +70,12 @@ def test_an_ewma_sees_a_small_shift_that_single_values_hide():
         (steady(20), 50.0, "narrower than the expanded uncertainty"),
     ],
 )
-def test_what_speaks_against_a_chart_is_said(values, expanded, warning):
+def test_doubtful_baselines_give_warnings(values, expanded, warning):
     charting = Charting(baseline=Baseline(len(values)), rules="shewhart")
     assert warning in " ".join(control_chart("a", observed(values, expanded), charting).warnings)
 
 
-def test_nothing_is_said_against_a_good_one():
+def test_sound_baseline_gives_no_warning():
     assert control_chart("a", observed(steady(25), 0.5), Charting()).warnings == ()
 
 
@@ -89,6 +89,6 @@ def test_nothing_is_said_against_a_good_one():
         ([*steady(19), np.nan], Baseline(), "not a finite number"),
     ],
 )
-def test_a_baseline_that_gives_no_limits_is_refused(values, baseline, message):
+def test_unusable_baselines_are_refused(values, baseline, message):
     with pytest.raises(DataError, match=message):
         control_chart("a", observed(values), Charting(baseline=baseline))

@@ -1,4 +1,4 @@
-"""Intervals of a gauge study's components: exact where theory is, and by how often they hold."""
+"""Intervals of a gauge study's components, compared with exact ones and by their coverage."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ def study(seed=1, **deviations):
     return gauge_rr(readings(np.random.default_rng(seed), **deviations))
 
 
-def test_that_of_repeatability_is_chi_squared_s():
+def test_repeatability_interval_is_chi_squared():
     """SS/chi² at 2.5 % and 97.5 % of 60 degrees of freedom."""
     analysis = study()
     assert not analysis.pooled
@@ -42,7 +42,7 @@ def test_components_lie_within_their_intervals():
         assert interval.low <= getattr(analysis.components, name) <= interval.high
 
 
-def test_degrees_of_freedom_are_satterthwaite_s():
+def test_degrees_of_freedom_by_satterthwaite():
     """Reproducibility is (MS_o + (p - 1) MS_po - p MS_e)/(p r), by the expected mean squares."""
     analysis = study()
     _, operator, interaction, error, _ = analysis.table
@@ -55,7 +55,7 @@ def test_degrees_of_freedom_are_satterthwaite_s():
     assert interval.degrees_of_freedom == pytest.approx(expected, rel=1e-12)
 
 
-def test_a_pooled_interaction_is_repeatability():
+def test_pooled_interaction_counts_as_repeatability():
     analyses = (study(seed, interaction=0.0) for seed in range(20))
     analysis = next(analysis for analysis in analyses if analysis.pooled)
     assert "interaction" not in analysis.known
@@ -67,7 +67,7 @@ def test_a_pooled_interaction_is_repeatability():
     assert analysis.known["gauge"].low <= analysis.components.gauge <= analysis.known["gauge"].high
 
 
-def test_intervals_hold_the_truth_as_often_as_they_say():
+def test_intervals_cover_the_truth_in_95_percent():
     """Of 200 studies 95 % would be 190; with 4 standard deviations of the count, 178 or more."""
     truth = {
         "repeatability": 0.2,
@@ -89,5 +89,5 @@ def test_intervals_hold_the_truth_as_often_as_they_say():
     assert min(hits.values()) >= 178, hits
 
 
-def test_nothing_is_drawn_anew_for_the_same_study():
+def test_same_study_gives_the_same_intervals():
     assert study().known == study().known

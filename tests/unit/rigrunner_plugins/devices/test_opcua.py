@@ -130,6 +130,14 @@ def test_identity_is_read_and_compared(bench):
     assert "has the serial 'bench 7', expected 'bench 8'" in message
 
 
+def test_missing_maker_is_unknown(bench, monkeypatch):
+    unit = device(settings(bench), bench.folder)
+    monkeypatch.setattr(unit, "_ask_identity", lambda: ["", "PLC", "", ""])
+    identity = unit.connect(5.0)
+    unit.close()
+    assert (identity.maker, identity.model, identity.serial) == ("unknown", "PLC", "not told")
+
+
 @pytest.mark.parametrize("mode", ["sign", "sign_and_encrypt"])
 def test_signed_channel_and_user_are_accepted(bench, mode):
     (bench.folder / "password").write_text(f"{PASSWORD}\n", encoding="utf-8")

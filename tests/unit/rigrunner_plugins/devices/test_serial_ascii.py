@@ -353,7 +353,7 @@ class TestCommands:
         far.talk_to(Lines(answer, b"\r\n"))
         identification = {"query": "ID", "expect": "ACME LC-5.*"}
         device = self.device(far, identification=identification, start="GO", stop="HALT")
-        assert device.connect(1.0).model == "ACME LC-5 #77"
+        assert device.connect(1.0) == Identity("unknown", "ACME LC-5 #77", "")
         assert device.read(["load"])
         device.close()
         assert talker[0].quiet.wait(1.0)

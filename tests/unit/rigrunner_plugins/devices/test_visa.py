@@ -523,9 +523,7 @@ class TestTrial:
         device.close()
 
     def test_trial_works_without_an_instrument(self, device):
-        assert device.connect(1.0) == Identity(
-            "(maker not told)", "LSG Serial #1234", "", simulated=True
-        )
+        assert device.connect(1.0) == Identity("unknown", "LSG Serial #1234", "", simulated=True)
         device.set("level", 2.5)
         assert device.read(["level"]) == {"level": 2.5}
         assert device.make_safe() == {"level": 0.0}

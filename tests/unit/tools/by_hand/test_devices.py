@@ -1,4 +1,4 @@
-"""What the devices of a station say, one after the other, none hidden by another's failure."""
+"""The reports of a station's devices, one by one, despite failures of others."""
 
 from __future__ import annotations
 
@@ -23,23 +23,23 @@ TWO = (
 )
 
 
-def looked_at(folder, *changes, **devices):
-    """Look at the simulated station with changes, and with fakes in some roles."""
+def reports_of(folder, *changes, **devices):
+    """Return the reports of the simulated station with changes, and with fakes in some roles."""
     ready = ready_station(station_file(folder, *changes))
     ready = dataclasses.replace(ready, devices={**ready.devices, **devices})
     return {report.role: report for report in device_reports(ready)}
 
 
 def failing(call, error):
-    def before(what):
-        if what.startswith(call):
+    def before(request):
+        if request.startswith(call):
             raise error
 
     return before
 
 
-def test_a_device_that_is_well_says_who_it_is_where_it_stands_and_what_it_reads(tmp_path):
-    report = looked_at(tmp_path)["tester"]
+def test_healthy_device_reports_identity_drives_and_readings(tmp_path):
+    report = reports_of(tmp_path)["tester"]
     assert (report.state, report.connected, report.problems) == ("ok", True, ())
     assert report.who["tester"].serial == "SIM-0001"
     assert report.who["tester"].simulated
@@ -51,9 +51,9 @@ def test_a_device_that_is_well_says_who_it_is_where_it_stands_and_what_it_reads(
     assert report.read_s > 0
 
 
-def test_a_device_that_fails_hides_no_other(tmp_path):
+def test_failed_device_does_not_hide_others(tmp_path):
     tester = FakeTester(before=failing("connect", DeviceTimeoutError("silent", hint="is it on?")))
-    reports = looked_at(tmp_path, TWO, tester=tester)
+    reports = reports_of(tmp_path, TWO, tester=tester)
     assert [(role, report.state) for role, report in reports.items()] == [
         ("other", "ok"), ("tester", "fail"),
     ]  # fmt: skip
@@ -63,18 +63,18 @@ def test_a_device_that_fails_hides_no_other(tmp_path):
 
 
 @pytest.mark.parametrize("where", ["read ", "read_back", "close"])
-def test_whatever_fails_the_device_is_made_safe_and_closed(tmp_path, where):
+def test_device_is_made_safe_and_closed_after_any_failure(tmp_path, where):
     tester = FakeTester(before=failing(where, DeviceLostError("unplugged")))
-    report = looked_at(tmp_path, tester=tester)["tester"]
+    report = reports_of(tmp_path, tester=tester)["tester"]
     assert report.state == "fail"
     assert report.connected
     assert report.problems[0] == "tester: unplugged"
     assert tester.calls[-2:] == ["make_safe", "close"]
 
 
-def test_a_bug_of_a_plugin_is_a_failure_of_its_device_alone(tmp_path):
+def test_plugin_bug_fails_only_its_own_device(tmp_path):
     tester = FakeTester(before=failing("read ", ZeroDivisionError("division by zero")))
-    reports = looked_at(tmp_path, TWO, tester=tester)
+    reports = reports_of(tmp_path, TWO, tester=tester)
     assert reports["other"].state == "ok"
     assert reports["tester"].problems == (
         "a bug of the plugin: ZeroDivisionError: division by zero",
@@ -82,9 +82,9 @@ def test_a_bug_of_a_plugin_is_a_failure_of_its_device_alone(tmp_path):
     assert tester.calls[-2:] == ["make_safe", "close"]
 
 
-def test_a_drive_that_is_found_away_from_safe_is_told_and_made_safe(tmp_path):
+def test_drive_at_an_unsafe_value_is_reported_and_made_safe(tmp_path):
     tester = FakeTester()
-    report = looked_at(tmp_path, tester=tester)["tester"]
+    report = reports_of(tmp_path, tester=tester)["tester"]
     assert report.state == "warn"
     assert [(drive.drive, drive.found, drive.safe) for drive in report.drives] == [
         ("load", 7.0, True), ("frequency", 3.0, False),
@@ -92,16 +92,16 @@ def test_a_drive_that_is_found_away_from_safe_is_told_and_made_safe(tmp_path):
     assert set(tester.drives_at.values()) == {0.0}
 
 
-def test_a_drive_that_cannot_be_made_safe_is_a_failure(tmp_path):
-    report = looked_at(tmp_path, tester=FakeTester(read_back_offset=5.0))["tester"]
+def test_drive_that_cannot_be_made_safe_is_a_failure(tmp_path):
+    report = reports_of(tmp_path, tester=FakeTester(read_back_offset=5.0))["tester"]
     assert report.state == "fail"
     assert report.problems == ("NOT SAFE: frequency reads back 5 Hz, safe is 0 Hz",)
 
 
-def test_ctrl_c_leaves_nothing_energised(tmp_path):
+def test_ctrl_c_makes_the_device_safe(tmp_path):
     tester = FakeTester(before=failing("read ", KeyboardInterrupt()))
     with pytest.raises(KeyboardInterrupt):
-        looked_at(tmp_path, tester=tester)
+        reports_of(tmp_path, tester=tester)
     assert tester.calls[-2:] == ["make_safe", "close"]
 
 
@@ -114,7 +114,7 @@ def test_ctrl_c_leaves_nothing_energised(tmp_path):
         ("maker: X", "warn", "no date of the next calibration is in the register"),
     ],
 )
-def test_the_register_says_until_when_it_is_calibrated(tmp_path, entry, state, text):
+def test_report_has_the_calibration_status_of_the_register(tmp_path, entry, state, text):
     ready = ready_station(station_file(tmp_path))
     (torque,) = ready.station.model.instruments
     original = {"simulated": torque.calibration, "due": None}
@@ -135,59 +135,59 @@ def test_the_register_says_until_when_it_is_calibrated(tmp_path, entry, state, t
     assert report.state == state
 
 
-def test_each_part_of_a_composite_says_who_it_is(tmp_path):
+def test_parts_of_a_composite_are_identified(tmp_path):
     class Parts(FakeTester):
         def connect(self, timeout_s):
             identity = super().connect(timeout_s)
             part = Identity("Fakes", "bridge", "7", "1.2")
             return dataclasses.replace(identity, parts={"bridge": part})
 
-    report = looked_at(tmp_path, tester=Parts())["tester"]
+    report = reports_of(tmp_path, tester=Parts())["tester"]
     assert list(report.who) == ["tester", "tester/bridge"]
     assert report.who["tester/bridge"].firmware == "1.2"
 
 
-def test_the_command_ends_with_0_where_all_answer(tmp_path):
-    called = call("devices", station_file(tmp_path))
-    assert called.code == ExitCode.PASS
-    assert "Rigrunner swing_tester_sim, serial SIM-0001 (simulated)" in called.out
-    assert "frequency is at 0 Hz, which is safe" in called.out
-    assert called.out.endswith("1 device: all answer and were made safe\n")
+def test_command_succeeds_if_all_devices_answer(tmp_path):
+    result = call("devices", station_file(tmp_path))
+    assert result.code == ExitCode.PASS
+    assert "Rigrunner swing_tester_sim, serial SIM-0001 (simulated)" in result.out
+    assert "frequency is at 0 Hz, which is safe" in result.out
+    assert result.out.endswith("1 device: all answer and were made safe\n")
 
 
-def test_the_command_ends_with_4_where_one_fails_and_shows_the_others(tmp_path):
+def test_command_fails_if_one_device_fails_and_shows_the_others(tmp_path):
     station = station_file(tmp_path, TWO, ("{seed: 1}", "{seed: 1, simulate: unplugged}"))
-    called = call("devices", station)
-    assert called.code == ExitCode.DEVICE
-    assert "problem: tester: no swing_tester_sim answered within 10 s" in called.out
-    assert "serial SIM-0002" in called.out
-    assert called.out.endswith("2 devices, of which 1 failed: tester\n")
+    result = call("devices", station)
+    assert result.code == ExitCode.DEVICE
+    assert "problem: tester: no swing_tester_sim answered within 10 s" in result.out
+    assert "serial SIM-0002" in result.out
+    assert result.out.endswith("2 devices, of which 1 failed: tester\n")
     document = json.loads(call("devices", station, "--json").out)
     assert [(report["role"], report["state"]) for report in document] == [
         ("other", "ok"), ("tester", "fail"),
     ]  # fmt: skip
 
 
-def test_a_station_that_is_wrong_is_told_with_its_lines(tmp_path):
+def test_invalid_station_is_refused(tmp_path):
     station = station_file(
         tmp_path, ("swing_tester_sim", "swing_tester_smi"), ("tester.load]", "tester.laod]")
     )
-    called = call("devices", station)
-    assert called.code == ExitCode.INVALID
-    assert "there is no device 'swing_tester_smi'" in called.err
+    result = call("devices", station)
+    assert result.code == ExitCode.INVALID
+    assert "there is no device 'swing_tester_smi'" in result.err
     station = station_file(tmp_path, ("tester.load]", "tester.laod]"))
-    called = call("devices", station)
-    assert called.code == ExitCode.INVALID
-    assert "has no drive 'laod'" in called.err
+    result = call("devices", station)
+    assert result.code == ExitCode.INVALID
+    assert "has no drive 'laod'" in result.err
 
 
-def test_what_devices_said_can_be_played_back(tmp_path):
+def test_reports_can_be_recorded_and_replayed(tmp_path):
     station = station_file(tmp_path, ("{seed: 1}", "{seed: 1, simulate: unplugged}"), TWO)
     first = call("devices", station, "--record", tmp_path / "tape", "--json")
-    again = call("devices", station, "--replay", tmp_path / "tape", "--json")
-    first_reports, again_reports = json.loads(first.out), json.loads(again.out)
-    for report in (*first_reports, *again_reports):
+    replayed = call("devices", station, "--replay", tmp_path / "tape", "--json")
+    first_reports, replayed_reports = json.loads(first.out), json.loads(replayed.out)
+    for report in (*first_reports, *replayed_reports):
         del report["read_s"]
-    assert first_reports == again_reports
-    assert again.code == first.code == ExitCode.DEVICE
-    assert again.err == f"Replaying the tape {tmp_path}/tape: no instrument is asked.\n"
+    assert first_reports == replayed_reports
+    assert replayed.code == first.code == ExitCode.DEVICE
+    assert replayed.err == f"Replaying the tape {tmp_path}/tape: no instrument is asked.\n"

@@ -1,4 +1,4 @@
-"""One device by hand: limits and interlocks hold, all is on record, and the rig ends safe."""
+"""Jogging of one device: limits, interlocks, the log, and the safe end."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ OVERHEATED = (
 
 
 def station(folder, *changes):
-    """The simulated station without its interlock: a fake has no temperature."""
+    """Return the simulated station without its interlock: a fake has no temperature."""
     return station_file(folder, (OVERHEATED, ""), *changes)
 
 
@@ -51,8 +51,8 @@ def by_hand(folder, tester, *changes, role="tester", stop=None, **others):
 
 
 def failing(call, error):
-    def before(what):
-        if what.startswith(call):
+    def before(request):
+        if request.startswith(call):
             raise error
 
     return before
@@ -62,7 +62,7 @@ def log_of(folder):
     return (folder / "jog.log").read_text(encoding="utf-8")
 
 
-def test_a_drive_is_set_and_read_back_and_the_rig_ends_safe(tmp_path):
+def test_drive_is_set_read_back_and_made_safe(tmp_path):
     tester = FakeTester()
     with by_hand(tmp_path, tester) as jog:
         assert jog.set("frequency", "5 Hz") == 5.0
@@ -79,7 +79,7 @@ def test_a_drive_is_set_and_read_back_and_the_rig_ends_safe(tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("drive", "text", "says"),
+    ("drive", "text", "message"),
     [
         ("frequency", "36 Hz", "frequency: 36 Hz is out of range"),
         ("frequency", "-1 Hz", "frequency: -1 Hz is out of range"),
@@ -89,16 +89,16 @@ def test_a_drive_is_set_and_read_back_and_the_rig_ends_safe(tmp_path):
         ("frequnecy", "5 Hz", "did you mean 'frequency'"),
     ],
 )
-def test_a_mistake_is_refused_before_anything_is_sent(tmp_path, drive, text, says):
+def test_invalid_set_is_refused_before_sending(tmp_path, drive, text, message):
     tester = FakeTester()
     with by_hand(tmp_path, tester) as jog:
         before = list(tester.calls)
-        with pytest.raises(UsageError, match=says):
+        with pytest.raises(UsageError, match=message):
             jog.set(drive, text)
         assert tester.calls == before
 
 
-def test_the_stations_narrower_limits_hold(tmp_path):
+def test_narrower_limits_of_the_station_are_enforced(tmp_path):
     narrow = (ORDER, f"{ORDER}\n  drives: {{tester.frequency: {{max: 10 Hz}}}}")
     tester = FakeTester()
     with by_hand(tmp_path, tester, narrow) as jog:
@@ -108,7 +108,7 @@ def test_the_stations_narrower_limits_hold(tmp_path):
     assert str(caught.value) == "frequency: 11 Hz is out of range (0 to 10 Hz)"
 
 
-def test_what_the_station_forbids_of_drives_together_is_refused(tmp_path):
+def test_forbidden_combination_of_drives_is_refused(tmp_path):
     allowed = (
         "{tester.frequency: 35 Hz, tester.load: 1 kN}, {tester.frequency: 5 Hz, tester.load: 3 kN}"
     )
@@ -123,7 +123,7 @@ def test_what_the_station_forbids_of_drives_together_is_refused(tmp_path):
 
 @pytest.mark.parametrize("error", [DeviceLostError("unplugged"), DeviceTimeoutError("silent")])
 @pytest.mark.parametrize("at", ["set frequency", "read_back frequency"])
-def test_an_error_of_the_device_makes_the_rig_safe_before_it_is_told(tmp_path, at, error):
+def test_device_error_makes_the_rig_safe_before_it_is_raised(tmp_path, at, error):
     tester = FakeTester(before=failing(at, error))
     with by_hand(tmp_path, tester) as jog:
         with pytest.raises(type(error)):
@@ -132,7 +132,7 @@ def test_an_error_of_the_device_makes_the_rig_safe_before_it_is_told(tmp_path, a
     assert "ALARM jog: set frequency 5 Hz: tester: " in log_of(tmp_path)
 
 
-def test_a_drive_that_does_not_arrive_makes_the_rig_safe(tmp_path):
+def test_drive_that_does_not_arrive_makes_the_rig_safe(tmp_path):
     tester = FakeTester(read_back_offset=2.0)
     with pytest.raises(DeviceError) as caught, by_hand(tmp_path, tester) as jog:
         jog.set("frequency", "5 Hz")
@@ -142,7 +142,7 @@ def test_a_drive_that_does_not_arrive_makes_the_rig_safe(tmp_path):
     ]
 
 
-def test_a_rig_that_does_not_become_safe_in_the_end_is_an_error(tmp_path):
+def test_rig_that_is_unsafe_at_the_end_is_an_error(tmp_path):
     tester = FakeTester()
     with (
         pytest.raises(DeviceError, match="the rig is not safe: tester: "),
@@ -153,7 +153,7 @@ def test_a_rig_that_does_not_become_safe_in_the_end_is_an_error(tmp_path):
 
 
 @pytest.mark.parametrize("end", [KeyboardInterrupt(), AbortedError("stopped by SIGTERM")])
-def test_a_stop_that_does_not_leave_the_rig_safe_is_an_error(tmp_path, end):
+def test_stop_with_an_unsafe_rig_is_an_error(tmp_path, end):
     tester = FakeTester(before=failing("set frequency", end), read_back_offset=5.0)
     with pytest.raises(DeviceError) as caught, by_hand(tmp_path, tester) as jog:
         jog.set("frequency", "5 Hz")
@@ -171,7 +171,7 @@ def test_ctrl_c_makes_the_rig_safe(tmp_path, interrupted):
     assert tester.calls[-2:] == ["make_safe", "close"]
 
 
-def test_an_interlock_that_trips_makes_safe_and_ends_it(tmp_path):
+def test_tripped_interlock_makes_safe_and_ends_jogging(tmp_path):
     lock = locked("{name: pressed, channel: tester.load, above: 900 N, every: 1 s}")
     tester = FakeTester()
     with (
@@ -184,20 +184,20 @@ def test_an_interlock_that_trips_makes_safe_and_ends_it(tmp_path):
     assert "ALARM interlock pressed" in log_of(tmp_path)
 
 
-def test_an_interlock_that_pauses_keeps_what_is_set_safe_until_it_clears(tmp_path):
+def test_pausing_interlock_blocks_drives_until_it_clears(tmp_path):
     lock = locked("{name: pressed, channel: tester.load, above: 900 N, every: 1 s, does: pause}")
     tester = FakeTester()
     with by_hand(tmp_path, tester, lock) as jog:
         with pytest.raises(DeviceRejectedError, match="nothing is set until it clears"):
             jog.set("frequency", "5 Hz")
-        tester.read_back_offset = -500.0  # what the fake reads falls to 500 N
+        tester.read_back_offset = -500.0  # the fake now reads 500 N
         with pytest.raises(DeviceError):
-            jog.set("frequency", "5 Hz")  # now it is sent, and does not read back
+            jog.set("frequency", "5 Hz")  # now it is sent, but not read back
         tester.read_back_offset = 0.0
     assert "set frequency 5" in tester.calls
 
 
-def test_a_stop_from_outside_ends_it(tmp_path):
+def test_stop_token_ends_jogging(tmp_path):
     stop, tester = threading.Event(), FakeTester()
     with by_hand(tmp_path, tester, stop=stop) as jog:
         stop.set()
@@ -206,7 +206,7 @@ def test_a_stop_from_outside_ends_it(tmp_path):
     assert tester.calls[-2:] == ["make_safe", "close"]
 
 
-def test_the_zero_is_a_mean_and_is_taken_from_what_is_shown(tmp_path):
+def test_zero_is_a_mean_that_is_subtracted_from_readings(tmp_path):
     with by_hand(tmp_path, FakeTester()) as jog:
         # samples of the fake: 1000 + 1e-6 k, k from 0 to 999 in the second of a zero
         assert jog.zero("load") == pytest.approx(1000 + 1e-6 * 499.5, abs=1e-9)
@@ -214,7 +214,7 @@ def test_the_zero_is_a_mean_and_is_taken_from_what_is_shown(tmp_path):
         assert jog.zero("load") == pytest.approx(1000 + 1e-6 * 499.5, abs=1e-9)
 
 
-def test_watching_takes_its_time_and_looks_at_the_interlocks(tmp_path):
+def test_watch_reads_at_intervals(tmp_path):
     tester = FakeTester()
     with by_hand(tmp_path, tester) as jog:
         assert list(jog.watch("load", 1.0)) == [1000.0] * 5
@@ -222,7 +222,7 @@ def test_watching_takes_its_time_and_looks_at_the_interlocks(tmp_path):
             list(jog.watch("laod", 1.0))
 
 
-def test_a_log_that_cannot_be_written_keeps_it_from_starting(tmp_path):
+def test_unwritable_log_prevents_jogging(tmp_path):
     (tmp_path / "jog.log").mkdir()
     tester = FakeTester()
     with (
@@ -233,7 +233,7 @@ def test_a_log_that_cannot_be_written_keeps_it_from_starting(tmp_path):
     assert tester.calls == []
 
 
-def test_a_log_that_fails_ends_it_with_a_safe_rig(tmp_path, monkeypatch):
+def test_failed_log_ends_jogging_with_a_safe_rig(tmp_path, monkeypatch):
     tester = FakeTester()
 
     def full(*_):
@@ -249,7 +249,7 @@ def test_a_log_that_fails_ends_it_with_a_safe_rig(tmp_path, monkeypatch):
     assert set(tester.drives_at.values()) == {0.0}
 
 
-def test_only_what_is_needed_is_connected(tmp_path):
+def test_only_required_devices_are_connected(tmp_path):
     second_device = ("devices:\n", "devices:\n  other: {type: t, plugin: swing_tester_sim}\n")
     lock = locked("{name: hot, channel: tester.load, above: 9 kN, every: 1 s}")
     tester, second = FakeTester(), FakeTester()
@@ -262,28 +262,28 @@ def test_only_what_is_needed_is_connected(tmp_path):
     assert second.calls[0] == tester.calls[0] == "connect"
 
 
-def test_a_role_that_is_not_there_gets_a_suggestion(tmp_path):
-    called = call("jog", station(tmp_path), "testre", "--read", "torque")
-    assert called.code == ExitCode.USAGE
-    assert "there is no device in the role 'testre'" in called.err
-    assert "did you mean 'tester'?" in called.err
+def test_unknown_role_gets_a_suggestion(tmp_path):
+    result = call("jog", station(tmp_path), "testre", "--read", "torque")
+    assert result.code == ExitCode.USAGE
+    assert "there is no device in the role 'testre'" in result.err
+    assert "did you mean 'tester'?" in result.err
 
 
-def once(folder, *arguments):
+def jog_once(folder, *arguments):
     return call("jog", station_file(folder), "tester", "--log", folder / "jog.log", *arguments)
 
 
-def test_the_command_sets_and_reads_once(tmp_path):
-    called = once(tmp_path, "--set", "frequency=5 Hz", "--read", "temperature")
-    assert called.code == ExitCode.PASS
-    assert re.fullmatch(r"frequency reads back 5 Hz\ntemperature 2[23][.]\d+ °C\n", called.out)
-    assert "tester is safe: read back tester.frequency 0 Hz, tester.load 0 N" in called.err
-    document = json.loads(once(tmp_path, "--set", "frequency=5 Hz", "--json").out)
+def test_command_sets_and_reads_once(tmp_path):
+    result = jog_once(tmp_path, "--set", "frequency=5 Hz", "--read", "temperature")
+    assert result.code == ExitCode.PASS
+    assert re.fullmatch(r"frequency reads back 5 Hz\ntemperature 2[23][.]\d+ °C\n", result.out)
+    assert "tester is safe: read back tester.frequency 0 Hz, tester.load 0 N" in result.err
+    document = json.loads(jog_once(tmp_path, "--set", "frequency=5 Hz", "--json").out)
     assert document == {"set": {"frequency": 5.0}, "read": {}}
 
 
 @pytest.mark.parametrize(
-    ("arguments", "code", "says"),
+    ("arguments", "code", "message"),
     [
         (("--set", "frequency=50 Hz"), ExitCode.USAGE, "out of range (0 to 35 Hz)"),
         (("--set", "frequency"), ExitCode.USAGE, "'--set frequency' gives no input"),
@@ -291,32 +291,32 @@ def test_the_command_sets_and_reads_once(tmp_path):
         (("--log", "/proc/x"), ExitCode.DATA, "cannot write the log /proc/x"),
     ],
 )
-def test_mistakes_of_the_command_are_told(tmp_path, arguments, code, says):
-    called = once(tmp_path, *arguments)
-    assert called.code == code
-    assert says in called.err
+def test_invalid_options_are_refused(tmp_path, arguments, code, message):
+    result = jog_once(tmp_path, *arguments)
+    assert result.code == code
+    assert message in result.err
 
 
-def test_a_conversation_goes_on_after_mistakes_and_ends_safe(tmp_path, monkeypatch):
+def test_prompt_continues_after_mistakes_and_ends_safe(tmp_path, monkeypatch):
     lines = (
         "set frequency 5 Hz\nset load 99 kN\nraed\nset\nwatch\nzero\nwatch torque 1 s\nread load\n"
     )
     monkeypatch.setattr("sys.stdin", io.StringIO(lines))
-    called = once(tmp_path)
-    assert called.code == ExitCode.PASS
-    assert "frequency reads back 5 Hz\n" in called.out
-    assert "5 readings in 1 s" in called.out
+    result = jog_once(tmp_path)
+    assert result.code == ExitCode.PASS
+    assert "frequency reads back 5 Hz\n" in result.out
+    assert "5 readings in 1 s" in result.out
     for words in (
         "load: 99 kN is out of range", "did you mean 'read'?",
         "'set' needs a drive and a value", "watch what?",
         "zero what?",
     ):  # fmt: skip
-        assert words in called.err
-    assert called.err.rstrip().endswith("read back tester.frequency 0 Hz, tester.load 0 N")
+        assert words in result.err
+    assert result.err.rstrip().endswith("read back tester.frequency 0 Hz, tester.load 0 N")
 
 
 @pytest.mark.parametrize(
-    ("time", "says"),
+    ("time", "message"),
     [
         ("soon", "watch: 'soon' is not a number with a unit"),
         ("5 Hz", "watch: '5 Hz' is a frequency"),
@@ -324,43 +324,41 @@ def test_a_conversation_goes_on_after_mistakes_and_ends_safe(tmp_path, monkeypat
         ("-1 s", "watch: got -1 s, expected more than 0 s"),
     ],
 )
-def test_a_time_that_is_none_ends_nothing_and_says_nothing_of_the_rig(
-    tmp_path, monkeypatch, time, says
-):
+def test_invalid_watch_time_does_not_end_the_prompt(tmp_path, monkeypatch, time, message):
     lines = f"set frequency 5 Hz\nwatch torque {time}\npositions\nwatch torque 1e-10 s\n"
     monkeypatch.setattr("sys.stdin", io.StringIO(lines))
-    called = once(tmp_path)
-    assert called.code == ExitCode.PASS, called.err
-    assert says in called.err
-    assert "The rig was made safe" not in called.err
-    assert called.out.count("frequency reads back 5 Hz\n") == 2  # it is still there
-    assert "1 readings in 1e-10 s" in called.out
+    result = jog_once(tmp_path)
+    assert result.code == ExitCode.PASS, result.err
+    assert message in result.err
+    assert "The rig was made safe" not in result.err
+    assert result.out.count("frequency reads back 5 Hz\n") == 2  # still at 5 Hz
+    assert "1 readings in 1e-10 s" in result.out
 
 
 @pytest.mark.parametrize(
-    ("offset", "says"),
+    ("offset", "message"),
     [
         (0.0, "The rig was made safe.\n"),
         (5.0, "THE RIG IS NOT SAFE: tester: frequency reads back 5 Hz, safe is 0 Hz. Stop it by"),
     ],
 )
-def test_after_an_error_the_prompt_says_truthfully_how_the_rig_is(
-    tmp_path, monkeypatch, capsys, offset, says
+def test_prompt_reports_whether_the_rig_is_safe_after_an_error(
+    tmp_path, monkeypatch, capsys, offset, message
 ):
-    lost = DeviceLostError("unplugged")
-    tester = FakeTester(before=failing("set frequency", lost), read_back_offset=offset)
+    error = DeviceLostError("unplugged")
+    tester = FakeTester(before=failing("set frequency", error), read_back_offset=offset)
     monkeypatch.setattr("sys.stdin", io.StringIO("set frequency 5 Hz\n"))
     with by_hand(tmp_path, tester) as jog, stop_on_signals() as stop:
         run_prompt(jog, stop)
         tester.read_back_offset = 0.0
-    assert says in capsys.readouterr().err
+    assert message in capsys.readouterr().err
 
 
-def test_what_was_done_by_hand_can_be_played_back(tmp_path):
+def test_jogging_can_be_recorded_and_replayed(tmp_path):
     options = ("--set", "frequency=5 Hz", "--read", "torque")
-    first = once(tmp_path, *options, "--record", tmp_path / "tape")
-    again = once(tmp_path, *options, "--replay", tmp_path / "tape")
-    assert (again.code, again.out) == (first.code, first.out)
-    different = once(tmp_path, "--set", "frequency=6 Hz", "--replay", tmp_path / "tape")
+    first = jog_once(tmp_path, *options, "--record", tmp_path / "tape")
+    replayed = jog_once(tmp_path, *options, "--replay", tmp_path / "tape")
+    assert (replayed.code, replayed.out) == (first.code, first.out)
+    different = jog_once(tmp_path, "--set", "frequency=6 Hz", "--replay", tmp_path / "tape")
     assert different.code == ExitCode.DEVICE
     assert "has 'set frequency 5.0', asked was 'set frequency 6.0'" in different.err

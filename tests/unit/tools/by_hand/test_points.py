@@ -1,4 +1,4 @@
-"""The procedure of points recorded by hand: the analysis stays, steps and limits do not."""
+"""Points recorded by hand: the procedure keeps its analysis, but no steps and limits."""
 
 from __future__ import annotations
 
@@ -17,32 +17,32 @@ from unit.engine.helpers_pausing import Person
 
 
 @pytest.mark.parametrize("name", ["starting_torque_1000n", "no_load_inertia_sweep"])
-def test_it_keeps_measurand_and_analysis_and_can_never_be_certified(name):
+def test_manual_procedure_keeps_measurand_and_analysis_as_a_draft(name):
     planned = plan_run(
         find_procedure(name), find_station("simulated"), load_registry(), SimulatedClock()
     )
     manual = by_hand(planned)
-    model, before = manual.procedure.model, planned.procedure.model
-    assert model.analysis == before.analysis
-    assert model.measurand == before.measurand
+    model, original = manual.procedure.model, planned.procedure.model
+    assert model.analysis == original.analysis
+    assert model.measurand == original.measurand
     assert model.acceptance is None
-    assert model.id == f"{before.id}-by-hand"
-    assert before.id in manual.procedure.text
+    assert model.id == f"{original.id}-by-hand"
+    assert original.id in manual.procedure.text
     assert manual.plan.steps == ()
     assert manual.plan.interlocks == planned.plan.interlocks
     assert manual.approval.is_draft
     assert not manual.procedure.inputs
 
 
-def test_a_session_without_a_point_is_completed_without_a_result(tmp_path):
+def test_session_without_points_is_completed_without_a_result(tmp_path):
     planned = plan_run(
         find_procedure("no_load_inertia_sweep"), find_station("simulated"), load_registry(),
         SimulatedClock(),
     )  # fmt: skip
-    done = record_by_hand(
+    run = record_by_hand(
         planned, lambda _session: iter(()), runs=tmp_path, partners={}, stop=threading.Event(),
         pauses=Person([]),
     )  # fmt: skip
-    assert (done.outcome, done.error, done.result) == (Outcome.COMPLETED, None, None)
-    assert done.exit_code is ExitCode.PASS
-    assert (done.folder / "run.h5").exists()
+    assert (run.outcome, run.error, run.result) == (Outcome.COMPLETED, None, None)
+    assert run.exit_code is ExitCode.PASS
+    assert (run.folder / "run.h5").exists()

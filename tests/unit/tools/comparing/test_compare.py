@@ -1,4 +1,4 @@
-"""What changed between procedures and runs is told in words, and nothing else is told."""
+"""Only the changes between procedures or runs are reported, in words."""
 
 from __future__ import annotations
 
@@ -64,7 +64,7 @@ acceptance:
   rule: guard_band_u
 """
 
-# what is changed, the section, what is said
+# old text, new text, section, message
 EDITS = [
     ("max: 0.95 N·m", "max: 900 mN·m", "acceptance",
      "limits 1 > max was lowered from 0.95 N·m to 900 mN·m"),
@@ -112,7 +112,7 @@ def listed_changes(before, after, called=(), called_after=()):
 
 
 @pytest.mark.parametrize("edit", EDITS, ids=lambda edit: edit[1][:30])
-def test_one_edit_is_told_once(edit):
+def test_each_edit_is_one_change(edit):
     old, new, section, text = edit
     assert TEXT.count(old) == 1
     assert listed_changes(TEXT, TEXT.replace(old, new)) == [(section, text)]
@@ -128,12 +128,12 @@ def test_one_edit_is_told_once(edit):
         ("max_age: 8 h, ", ""),
     ],
 )
-def test_another_way_to_write_the_same_is_no_change(old, new):
+def test_equivalent_text_is_no_change(old, new):
     assert TEXT.count(old) == 1
     assert listed_changes(TEXT, TEXT.replace(old, new)) == []
 
 
-def test_what_is_called_is_compared_as_well():
+def test_called_procedures_are_compared():
     before, after = {"a.yaml": TEXT, "b.yaml": TEXT}, {"b.yaml": TEXT.replace("30}", "9}")}
     assert listed_changes(TEXT, TEXT, before, after) == [
         ("called procedures", "a.yaml is no longer called"),
@@ -150,7 +150,7 @@ def test_what_is_called_is_compared_as_well():
      ("5", 5, False), ({"a": 1, "b": 2}, {"b": 2, "a": 1}, True), ([1, 2], [2, 1], False),
      (None, {}, False), (True, 1, False)],
 )  # fmt: skip
-def test_what_is_the_same(one, other, equal):
+def test_equal_quantities_and_mappings_are_the_same(one, other, equal):
     assert same(one, other) is equal
     assert bool(list(changes("x", one, other))) is not equal
 
@@ -172,7 +172,7 @@ def document(value, expanded=0.03, verdict="pass"):
     }
 
 
-def test_a_difference_too_small_to_show_has_no_sign_of_its_own():
+def test_tiny_negative_difference_is_shown_as_plus_zero():
     shown = next(result_changes(document(0.70001), document(0.7)))
     assert ": +0.0000 N·m, within" in shown.text
 
@@ -184,13 +184,13 @@ def test_results_are_compared_against_their_combined_uncertainty():
     assert [change.matters for change in agreeing] == [False, False]
     assert "+0.0500 N·m, within their combined U of 0.0500 N·m (E_n = 1.00)" in agreeing[0].text
     assert agreeing[1].text.startswith("at 8 Hz: 1.7000 and 1.7500 N·m")
-    apart = list(result_changes(document(0.7), far))
-    assert all(change.matters for change in apart)
-    assert "beyond their combined U" in apart[0].text
+    differing = list(result_changes(document(0.7), far))
+    assert all(change.matters for change in differing)
+    assert "beyond their combined U" in differing[0].text
     assert list(result_changes(near, near)) == []
 
 
-def test_what_is_beyond_u_by_less_than_is_printed_does_not_agree():
+def test_difference_barely_beyond_u_is_shown_with_more_digits():
     # E_n = 0.0502 / sqrt(0.03² + 0.04²) = 1.004, and 1.000004
     (change, _) = result_changes(document(0.7), document(0.7502, 0.04))
     assert change.matters
@@ -202,7 +202,7 @@ def test_what_is_beyond_u_by_less_than_is_printed_does_not_agree():
     )
 
 
-def test_each_visit_of_a_frequency_is_compared_with_its_own():
+def test_repeated_frequencies_are_compared_in_order():
     def twice(first, second):
         content = document(0.7)
         content["compensations"]["m"]["points"] = [
@@ -217,7 +217,7 @@ def test_each_visit_of_a_frequency_is_compared_with_its_own():
     assert change.text.startswith("at 8 Hz (2): 1.5000 and 2.5000 N·m")
 
 
-def test_that_u_is_from_scatter_alone_is_told_of_either_run():
+def test_uncertainty_from_scatter_alone_is_stated_for_either_run():
     peak = {"mean": estimate(1.9), "cycles_kept": 10, "standard_deviation": {"value": 0.1}}
     raw = document(0.7) | {"compensations": {}}
     raw["points"] = [{**raw["points"][0], "raw_peak": peak}]
@@ -227,7 +227,7 @@ def test_that_u_is_from_scatter_alone_is_told_of_either_run():
         assert "their combined U from scatter alone of" in change.text
 
 
-def test_a_missing_uncertainty_does_not_pass_for_agreement():
+def test_missing_uncertainty_is_no_agreement():
     (headline, _) = result_changes(document(0.7), document(0.71, None))
     assert headline.matters
     assert "not known" in headline.text
@@ -241,7 +241,7 @@ def named(value, expanded, unit, at=None, name="gain"):
     return document(0.7) | {"results": [{"name": name, "estimate": estimated, **places}]}
 
 
-def test_results_in_two_units_of_one_quantity_are_compared_in_one():
+def test_results_in_two_units_are_compared_in_one():
     # 5.000 V and 5.001 V, U = 0.010 V each: E_n = 0.001 / (0.010 sqrt 2) = 0.0707
     (change,) = result_changes(named(5.0, 0.01, "V"), named(5001.0, 10.0, "mV"))
     assert change.text == (
@@ -264,7 +264,7 @@ def line(name, u, contribution, unit="V"):
 
 
 def measured(value, unit="V"):
-    """A reading of that many volts: gain within 1 %, offset within 50 mV, the rest within 10 mV."""
+    """Return a reading in volts: gain within 1 %, offset within 50 mV, resolution within 10 mV."""
     volt, width = (1.0 if unit == "V" else 1e3), sqrt(3)
     lines = [
         line("gain of meter.voltage (K-1)", 0.01 / width, 0.01 * value * volt / width, unit),
@@ -278,8 +278,8 @@ def measured(value, unit="V"):
     return content
 
 
-def test_gain_and_offset_of_one_meter_are_no_part_of_the_difference():
-    """Two readings that are 50 mV apart, beyond what the meter's own scatter explains."""
+def test_shared_meter_errors_are_excluded_from_the_difference():
+    """Two readings that differ by 50 mV, more than the resolution of the meter explains."""
     rng, count = np.random.default_rng(1), 400_000
     gain, one, other = rng.uniform(-1, 1, (3, count)) * np.array([[0.01], [0.01], [0.01]])
     expanded = np.quantile(np.abs(10.05 * gain + other - 10 * gain - one), 0.95)
@@ -290,11 +290,11 @@ def test_gain_and_offset_of_one_meter_are_no_part_of_the_difference():
     (in_millivolts,) = result_changes(measured(10.0), measured(10.05, "mV"), {"meter.voltage"})
     assert f"E_n = {ratio:.2f}" in in_millivolts.text
     (independent,) = result_changes(measured(10.0), measured(10.05), {"other.voltage"})
-    assert not independent.matters  # of another meter, or calibrated between the two runs
+    assert not independent.matters  # another meter, or one calibrated between the runs
     assert "E_n = 0.32)" in independent.text  # 0.05/(1.7 sqrt 2 u)
 
 
-def test_results_at_one_place_written_in_two_units_are_compared():
+def test_coordinates_in_two_units_are_matched():
     first, second = named(1.0, 0.1, "V", (2.0, "A")), named(1.5, 0.1, "V", (2000.0, "mA"))
     (change,) = result_changes(first, second)
     assert change.text.startswith("gain at source.current = 2 A: 1.00 and 1.50 V")
@@ -302,7 +302,7 @@ def test_results_at_one_place_written_in_two_units_are_compared():
     assert change.matters
 
 
-def test_a_result_of_one_run_alone_matters():
+def test_result_of_only_one_run_matters():
     first, second = named(1.0, 0.1, "V", (2.0, "A")), named(1.0, 0.1, "V", (2.000001, "A"))
     changes = list(result_changes(first, second))
     assert [change.text for change in changes] == [
@@ -312,7 +312,7 @@ def test_a_result_of_one_run_alone_matters():
     assert all(change.matters for change in changes)
 
 
-def test_another_verdict_matters():
+def test_different_verdict_matters():
     (change,) = result_changes(document(0.7), document(0.7, verdict="fail"))
     assert change.text == "verdict was changed from 'pass' to 'fail'"
     assert [change.text for change in result_changes(None, document(0.7))] == [
@@ -324,13 +324,13 @@ def test_another_verdict_matters():
     assert list(result_changes(None, None)) == []
 
 
-def test_a_run_without_a_method_is_no_run_of_an_empty_method():
-    without = document(0.7) | {"compensations": {}}
-    without["headline"] = {"method": None, "compensated": estimate(0.7)}
-    assert next(result_changes(without, document(0.7))).text == "method was added: 'm'"
+def test_added_method_is_reported():
+    without_method = document(0.7) | {"compensations": {}}
+    without_method["headline"] = {"method": None, "compensated": estimate(0.7)}
+    assert next(result_changes(without_method, document(0.7))).text == "method was added: 'm'"
 
 
-def test_measured_values_are_compared_by_their_judgement():
+def test_measured_values_are_compared_by_their_verdicts():
     def limited(verdict):
         values = [{"table": "cell", "row": 1, "of": "tester.load", "verdict": verdict}]
         return document(0.7) | {"limits": {"values": values}}
@@ -355,7 +355,7 @@ def runs(tmp_path_factory):
     return folder / "runs", first.folder, second.folder
 
 
-def test_two_runs_are_compared_in_all_that_made_them(runs):
+def test_two_runs_are_compared_by_procedure_station_and_results(runs):
     folder, first, second = runs
     comparison = compare(str(first), second.name, folder)
     texts = {(change.section, change.text) for change in comparison.changes}
@@ -369,7 +369,7 @@ def test_two_runs_are_compared_in_all_that_made_them(runs):
     assert not comparison.same
 
 
-def test_the_results_come_first_and_then_what_matters(runs):
+def test_results_come_first_then_relevant_sections(runs):
     folder, first, second = runs
     differences = compare(str(first), second.name, folder).changes
     sections = list(dict.fromkeys(change.section for change in differences))
@@ -382,14 +382,14 @@ def test_the_results_come_first_and_then_what_matters(runs):
     assert heavy == sorted(heavy, reverse=True)
 
 
-def test_a_run_is_the_same_as_itself(runs):
+def test_run_is_the_same_as_itself(runs):
     folder, first, _ = runs
     comparison = compare(str(first), str(first / "run.h5"), folder)
     assert (comparison.changes, comparison.same) == ((), True)
     assert read(first).header.run_id in comparison.before
 
 
-def test_what_cannot_be_compared_is_refused(runs, tmp_path):
+def test_incomparable_arguments_are_refused(runs, tmp_path):
     folder, first, _ = runs
     with pytest.raises(UsageError, match=r"is a procedure, and .* is a run"):
         compare(str(LOADED), str(first), folder)
@@ -399,7 +399,7 @@ def test_what_cannot_be_compared_is_refused(runs, tmp_path):
         compare("nothing", "other", tmp_path)
 
 
-def test_layout_alone_is_told_apart_from_identity(tmp_path):
+def test_change_of_layout_is_distinguished_from_identity(tmp_path):
     copy = tmp_path / "other.yaml"
     shipped = LOADED.read_text(encoding="utf-8")
     copy.write_text(f"{shipped}\n# a remark\n", encoding="utf-8")
@@ -415,7 +415,5 @@ def test_layout_alone_is_told_apart_from_identity(tmp_path):
         (["1 Hz", "2 Hz"], ["2 Hz", "1 Hz"], "over: the same values in another order"),
     ],
 )
-def test_a_value_that_is_listed_several_times_is_told_as_often_as_it_is_missing(
-    before, after, text
-):
+def test_repeated_values_are_counted_in_list_changes(before, after, text):
     assert [change.text for change in changes("main", before, after, ("over",))] == [text]

@@ -1,4 +1,4 @@
-"""What an importer gives is looked at before it is taken for samples."""
+"""The columns of an importer are checked before they are used as samples."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ GOOD = np.arange(10.0)
 
 
 def _read(answer):
-    """Return what is made of what an importer gave for one channel, at 1 kHz."""
+    """Return the part that is read from an importer's answer for one channel, at 1 kHz."""
     spec = SimpleNamespace(column="T", unit="mN·m", file_says="")
     mapping = SimpleNamespace(
         model=SimpleNamespace(
@@ -56,7 +56,7 @@ def test_real_numbers_become_float64_in_si(values):
         ({TORQUE: Column(GOOD, interval_s=0.0)}, "an interval of 0.0 s"),
     ],
 )
-def test_what_is_no_row_of_numbers_is_the_importers_fault(answer, message):
+def test_invalid_column_is_an_error_of_the_importer(answer, message):
     with pytest.raises(PluginError, match="the importer 'strange' gave") as caught:
         _read(answer)
     assert message in caught.value.message

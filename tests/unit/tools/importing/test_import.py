@@ -1,4 +1,4 @@
-"""What a mapping may say, and what is held against procedure, station and files."""
+"""The import of recordings by a mapping, and its checks against procedure, station and files."""
 
 from __future__ import annotations
 
@@ -114,8 +114,8 @@ def lab(tmp_path):
     return tmp_path
 
 
-def bring_in(lab, *changes, options=(), file="map.yaml"):
-    """Import after changes of a file, each an old text and a new one."""
+def run_import(lab, *changes, options=(), file="map.yaml"):
+    """Import after changes of a file, each an old and a new text."""
     text = (lab / file).read_text(encoding="utf-8")
     for old, new in changes:
         assert old in text
@@ -129,9 +129,9 @@ def imported(lab):
     return read(folder)
 
 
-def test_a_run_file_holds_what_was_recorded_and_by_whom(lab):
-    called = bring_in(lab)
-    assert called.code == 0, called.err
+def test_run_file_has_recordings_and_their_origin(lab):
+    result = run_import(lab)
+    assert result.code == 0, result.err
     run = imported(lab)
     header = run.header
     assert header.run_id == "20260302T081500Z_SHORT_SN-17"
@@ -162,8 +162,8 @@ def test_a_run_file_holds_what_was_recorded_and_by_whom(lab):
     assert run.info.ended_utc == "2026-03-02T08:15:02.400Z"
 
 
-def test_what_was_not_seen_is_on_record(lab):
-    bring_in(lab)
+def test_log_and_show_state_that_the_run_was_imported(lab):
+    run_import(lab)
     (folder,) = (lab / "runs").iterdir()
     log = (folder / "run.log").read_text(encoding="utf-8")
     assert "Old.vi 1.0 made the recordings, not Rigrunner" in log
@@ -174,37 +174,37 @@ def test_what_was_not_seen_is_on_record(lab):
     assert document["imported"]["mapping"] == "map.yaml"
 
 
-def test_a_part_of_a_file_is_taken(lab):
-    called = bring_in(lab, ("{file: a.csv,", "{file: a.csv, from: 50 ms, to: 1.15 s,"))
-    assert called.code == 0, called.err
+def test_part_of_a_file_is_imported(lab):
+    result = run_import(lab, ("{file: a.csv,", "{file: a.csv, from: 50 ms, to: 1.15 s,"))
+    assert result.code == 0, result.err
     first, _ = imported(lab).recordings
     np.testing.assert_allclose(first.channels["tester.torque"], TORQUE_MNM[50:1150] / 1000)
 
 
-def test_two_parts_of_a_file_may_be_two_recordings(lab):
-    bring_in(lab, ("[10 Hz, 20 Hz]", "[20 Hz, 25 Hz]"), file="short.yaml")
+def test_parts_of_a_file_may_be_separate_recordings(lab):
+    run_import(lab, ("[10 Hz, 20 Hz]", "[20 Hz, 25 Hz]"), file="short.yaml")
     early, late = "{file: b.csv, to: 600 ms,", "{file: b.csv, from: 600 ms,"
     frequencies = (("10 Hz", "25 Hz"),)
     changes = (("{file: b.csv,", early), ("{file: a.csv,", late), *frequencies)
-    called = bring_in(lab, *changes)
-    assert called.code == 0, called.err
+    result = run_import(lab, *changes)
+    assert result.code == 0, result.err
     second, third = (recording.channels["tester.torque"] for recording in imported(lab).recordings)
     np.testing.assert_allclose(np.r_[second, third], TORQUE_MNM / 1000)
 
 
-def test_a_zero_is_the_mean_of_a_recording_at_rest(lab):
+def test_zero_is_the_mean_of_a_recording_at_rest(lab):
     (lab / "rest.csv").write_text("Torque (mNm)\n19\n21\n23\n25\n")
-    called = bring_in(lab, ("10 mN·m}", "{file: rest.csv, to: 3 ms}}"))
-    assert called.code == 0, called.err
+    result = run_import(lab, ("10 mN·m}", "{file: rest.csv, to: 3 ms}}"))
+    assert result.code == 0, result.err
     assert imported(lab).zeros["tester.torque"] == pytest.approx(0.021)
     assert "file rest.csv" in imported(lab).header.imported
 
 
-def test_recordings_are_found_in_any_order(lab):
+def test_recordings_may_be_listed_in_any_order(lab):
     a, b = (f"file: {name}.csv, set_points: {{tester.frequency: " for name in "ab")
     write_recording(lab / "b.csv", force=2.0)
-    called = bring_in(lab, (a + "10 Hz", a + "20 Hz"), (b + "20 Hz", b + "600 rpm"))
-    assert called.code == 0, called.err
+    result = run_import(lab, (a + "10 Hz", a + "20 Hz"), (b + "20 Hz", b + "600 rpm"))
+    assert result.code == 0, result.err
     first, second = imported(lab).recordings
     assert first.conditions["tester.force"] == pytest.approx(2000.0)
     assert second.conditions["tester.force"] == pytest.approx(998.0)
@@ -227,6 +227,8 @@ WRONG = {
     "zeros: {tester.torque -> zeros: {tester.angle": "does not zero this channel",
     "10 mN·m} -> 10 N}": "'N' is a unit of force, but tester.torque needs one of torque",
     "10 mN·m} -> 60 mN·m}": "map.yaml:13:24: error: zeros.tester.torque: tester.torque read 0.06",
+    "10 mN·m} -> {file: rest.csv}}": "map.yaml:13:31: error: zeros.tester.torque.file: there is no",
+    "10 mN·m} -> [{file: rest.csv}]}": "map.yaml:13:32: error: zeros.tester.torque[0].file: there",
     "{tester.load: 1 kN} -> {}": "the set-point is missing of: tester.load",
     "{tester.load: 1 kN} -> {tester.lode: 1 kN}": "the procedure does not set this drive",
     "tester.oil: 40 -> tester.soil: 40": "the station has no such channel",
@@ -246,119 +248,119 @@ WRONG = {
 
 
 @pytest.mark.parametrize("change", WRONG)
-def test_what_does_not_fit_is_told_with_its_place(lab, change):
+def test_inconsistent_mapping_is_refused_with_its_location(lab, change):
     old, _, new = change.partition(" -> ")
-    called = bring_in(lab, (old, new))
-    assert called.code == 3, called.err
-    assert WRONG[change] in called.err
+    result = run_import(lab, (old, new))
+    assert result.code == 3, result.err
+    assert WRONG[change] in result.err
     assert not list((lab / "runs").glob("*"))
 
 
-def test_near_names_are_told(lab):
-    called = bring_in(lab, ("column: Angle", "column: Angel"))
-    assert "a.csv:1: the column 'Angel' of 'tester.angle' is not there" in called.err
-    assert "did you mean 'Angle'?" in called.err
+def test_misspelt_column_gets_a_suggestion(lab):
+    result = run_import(lab, ("column: Angle", "column: Angel"))
+    assert "a.csv:1: the column 'Angel' of 'tester.angle' is not there" in result.err
+    assert "did you mean 'Angle'?" in result.err
 
 
 @pytest.mark.parametrize(
-    ("spoil", "message"),
+    ("damage", "message"),
     [
         (lambda path: write_recording(path, 540), "is only 0.54 s long; asked for is: Record"),
         (lambda path: path.write_text(""), "b.csv"),
         (lambda path: path.write_text(path.read_text()[:-20]), "b.csv:1201:"),
     ],
 )
-def test_a_recording_that_is_none_is_told_and_nothing_is_left(lab, spoil, message):
-    spoil(lab / "b.csv")
-    called = bring_in(lab)
-    assert called.code in {3, 5}
-    assert message in called.err
+def test_invalid_recording_is_refused_and_leaves_no_run(lab, damage, message):
+    damage(lab / "b.csv")
+    result = run_import(lab)
+    assert result.code in {3, 5}
+    assert message in result.err
     assert not list((lab / "runs").iterdir())
 
 
-def test_a_second_import_of_a_specimen_is_noted(lab):
-    """In trends and capabilities it counts as one more specimen."""
-    assert "already" not in bring_in(lab).err
+def test_second_import_of_a_specimen_is_noted(lab):
+    """In trends and capability studies it counts as another specimen."""
+    assert "already" not in run_import(lab).err
     (first,) = (lab / "runs").iterdir()
-    again = bring_in(lab)
-    assert again.code == 0
-    assert f"note: SN-17 has already been tested: run {first.name}" in again.err
+    second = run_import(lab)
+    assert second.code == 0
+    assert f"note: SN-17 has already been tested: run {first.name}" in second.err
 
 
-def test_only_of_a_motion_in_cycles_one_more_is_asked_for(lab):
+def test_extra_cycle_is_required_only_of_cyclic_motion(lab):
     write_recording(lab / "b.csv", 540)
-    assert "needs one cycle more" in bring_in(lab).err
+    assert "needs one cycle more" in run_import(lab).err
     for name, old, new in (
         ("bench.yaml", ", sets_cycle_frequency: yes", ""),
         ("short.yaml", "cycles: 10", "duration: 1 s"),
     ):
         text = (lab / name).read_text(encoding="utf-8")
         (lab / name).write_text(text.replace(old, new), encoding="utf-8")
-    refused = bring_in(lab).err
+    refused = run_import(lab).err
     assert "asked for is: Record" in refused
     assert "one cycle more" not in refused
 
 
-def test_a_rate_other_than_the_station_s_is_refused(lab):
-    called = bring_in(lab, ("rate: 1 kHz", "rate: 2 kHz"), file="bench.yaml")
-    assert called.code == 5
+def test_rate_other_than_that_of_the_station_is_refused(lab):
+    result = run_import(lab, ("rate: 1 kHz", "rate: 2 kHz"), file="bench.yaml")
+    assert result.code == 5
     refusal = "the recording has 1000 samples per second, the station states 2000 for 'tester'"
-    assert f"a.csv: error: {refusal}" in called.err
-    assert bring_in(lab, ("rate: 2 kHz", "rate: 1.005 kHz"), file="bench.yaml").code == 0
+    assert f"a.csv: error: {refusal}" in result.err
+    assert run_import(lab, ("rate: 2 kHz", "rate: 1.005 kHz"), file="bench.yaml").code == 0
 
 
-def test_a_gap_in_the_times_is_told_with_its_sample(lab):
+def test_gap_in_the_times_names_its_sample(lab):
     change = ("{rate: 1 kHz}", "{time: {column: Time, unit: s}}")
     lines = (lab / "b.csv").read_text().splitlines(keepends=True)
     (lab / "b.csv").write_text("".join(lines[:501] + lines[502:]))
-    called = bring_in(lab, change)
-    assert called.code == 5
-    assert "b.csv: error: sample 501 comes 0.002 s after the one before" in called.err
+    result = run_import(lab, change)
+    assert result.code == 5
+    assert "b.csv: error: sample 501 comes 0.002 s after the one before" in result.err
 
 
-def test_a_unit_that_is_wrong_in_the_file_can_be_named(lab):
+def test_wrong_unit_in_a_file_can_be_overridden(lab):
     change = ("Torque (mNm), unit: mN·m", "Torque (mNm), unit: N·m, file_says: mNm")
-    called = bring_in(lab, change, ("10 mN·m", "10 mN·m"))
-    assert called.code == 0, called.err
+    result = run_import(lab, change, ("10 mN·m", "10 mN·m"))
+    assert result.code == 0, result.err
 
 
-def test_calibrations_are_judged_on_the_day_of_the_run(lab):
+def test_calibrations_are_checked_at_the_date_of_the_run(lab):
     late = ("2026-03-02T09:15:00", "2026-07-02T09:15:00")
-    called = bring_in(lab, late)
-    assert called.code == 3
-    assert "was due on 2026-06-11, 21 days before this run" in called.err
+    result = run_import(lab, late)
+    assert result.code == 3
+    assert "was due on 2026-06-11, 21 days before this run" in result.err
     words = ["--override", "overdue", "--by", "B. Lee", "--reason", "sent in"]
-    called = bring_in(lab, options=words)
-    assert called.code == 0, called.err
+    result = run_import(lab, options=words)
+    assert result.code == 0, result.err
     assert "B. Lee" in str([*imported(lab).events])
 
 
-def test_an_approval_that_came_later_is_none(lab):
+def test_approval_after_the_run_does_not_count(lab):
     call("approve", lab / "short.yaml", "--by", "C. Wu", "--date", "2026-03-03")
-    assert bring_in(lab).code == 0
+    assert run_import(lab).code == 0
     approval = imported(lab).header.approval
     assert approval["state"] == "draft"
     assert "approved by C. Wu on 2026-03-03, after the recordings were made" in approval["note"]
 
 
-def test_an_approval_before_it_counts(lab):
+def test_approval_before_the_run_counts(lab):
     call("approve", lab / "short.yaml", "--by", "C. Wu", "--date", "2026-03-01")
-    assert bring_in(lab).code == 0
+    assert run_import(lab).code == 0
     assert imported(lab).header.approval["state"] == "approved"
 
 
-def test_a_station_of_strangers_brings_no_code(lab):
+def test_plugins_of_a_mapping_station_are_not_loaded(lab):
     (lab / "plugins").mkdir()
     (lab / "plugins" / "evil.py").write_text("raise SystemExit('code was run')")
     with (lab / "bench.yaml").open("a") as file:
         file.write("plugins: plugins\n")
-    called = bring_in(lab)
-    assert called.code == 2
-    assert "has plugins of its own" in called.err
-    assert "--station" in called.err
+    result = run_import(lab)
+    assert result.code == 2
+    assert "has plugins of its own" in result.err
+    assert "--station" in result.err
 
 
-def test_an_import_that_was_killed_is_not_resumed(lab, monkeypatch):
+def test_killed_import_cannot_be_resumed(lab, monkeypatch):
     def killed(*_, **__):
         raise SystemExit
 
@@ -367,22 +369,22 @@ def test_an_import_that_was_killed_is_not_resumed(lab, monkeypatch):
     with pytest.raises(SystemExit):
         importing.import_run(checked, runs=lab / "runs", partners={})
     (folder,) = (lab / "runs").iterdir()
-    called = call("resume", folder, "--unattended")
-    assert called.code == 2
-    assert "is an interrupted import" in called.err
+    result = call("resume", folder, "--unattended")
+    assert result.code == 2
+    assert "is an interrupted import" in result.err
 
 
-def test_a_file_that_changes_meanwhile_is_refused(lab, monkeypatch):
+def test_file_changed_while_importing_is_refused(lab, monkeypatch):
     digests = iter("abcd")
     monkeypatch.setattr(importing, "_digest", lambda _: next(digests))
-    called = bring_in(lab)
-    assert called.code == 5
-    assert "was changed while it was read" in called.err
+    result = run_import(lab)
+    assert result.code == 5
+    assert "was changed while it was read" in result.err
     assert not list((lab / "runs").iterdir())
 
 
-def test_what_is_left_is_removed_once_nobody_holds_it(lab, monkeypatch):
-    """Windows removes no file that is open, such as the lock of the folder."""
+def test_failed_run_folder_is_unlocked_before_removal(lab, monkeypatch):
+    """Windows does not remove open files, such as the lock of the folder."""
     in_progress = []
 
     def look(folder, **_):
@@ -409,14 +411,14 @@ HELD = "measurements:\n  - {name: held, values: {tester.torque: 415 mN·m}}\n"
 
 def test_single_values_and_several_zeros_are_imported(lab):
     (lab / "rest.csv").write_text("Torque (mNm)\n19\n21\n23\n25\n")
-    bring_in(lab, MEASURES, file="short.yaml")
-    called = bring_in(lab, TWICE, ("recordings:\n", f"{HELD}recordings:\n"))
-    assert called.code == 0, called.err
+    run_import(lab, MEASURES, file="short.yaml")
+    result = run_import(lab, TWICE, ("recordings:\n", f"{HELD}recordings:\n"))
+    assert result.code == 0, result.err
     run = imported(lab)
     (row,) = run.measurements
     assert (row.name, row.units["tester.torque"]) == ("held", "N·m")
     assert row.values["tester.torque"] == pytest.approx(0.415)
-    assert run.zeros["tester.torque"] == pytest.approx(0.021)  # the last one holds, as in a run
+    assert run.zeros["tester.torque"] == pytest.approx(0.021)  # the last one applies, as in a run
     assert "file rest.csv" in run.header.imported
 
 
@@ -437,37 +439,37 @@ def test_single_values_and_several_zeros_are_imported(lab):
         ("[10 mN·m, {file: rest.csv, to: 3 ms}]", "[10 mN·m, 60 mN·m]", "read 0.06 N·m at rest"),
     ],
 )
-def test_values_that_are_not_the_procedure_s_are_told(lab, old, new, message):
+def test_values_that_do_not_match_the_procedure_are_refused(lab, old, new, message):
     (lab / "rest.csv").write_text("Torque (mNm)\n19\n21\n23\n25\n")
-    bring_in(lab, MEASURES, file="short.yaml")
-    called = bring_in(lab, TWICE, ("recordings:\n", f"{HELD}recordings:\n"), (old, new))
-    assert message in called.err
-    assert called.code in (3, 5)
+    run_import(lab, MEASURES, file="short.yaml")
+    result = run_import(lab, TWICE, ("recordings:\n", f"{HELD}recordings:\n"), (old, new))
+    assert message in result.err
+    assert result.code in (3, 5)
 
 
-def test_a_condition_that_the_procedure_limits_has_to_be_stated(lab):
+def test_condition_with_a_limit_must_be_stated(lab):
     limits = ", limits: {tester.oil: {max: 41 °C}}}}]"
-    bring_in(lab, ("cycles: 10}}]", f"cycles: 10{limits}"), file="short.yaml")
-    assert bring_in(lab).code == 0
-    called = bring_in(lab, ("tester.oil: 40 °C, ", ""))
-    assert called.code == 3
-    assert "map.yaml:17:5: error: recordings[0]: tester.oil is not stated, and the" in called.err
-    too_hot = bring_in(lab, ("{tester.force: {col", "{tester.oil: 42 °C, tester.force: {col"))
+    run_import(lab, ("cycles: 10}}]", f"cycles: 10{limits}"), file="short.yaml")
+    assert run_import(lab).code == 0
+    result = run_import(lab, ("tester.oil: 40 °C, ", ""))
+    assert result.code == 3
+    assert "map.yaml:17:5: error: recordings[0]: tester.oil is not stated, and the" in result.err
+    too_hot = run_import(lab, ("{tester.force: {col", "{tester.oil: 42 °C, tester.force: {col"))
     assert too_hot.code == 1
     assert "tester.oil is 42 °C (limit: 41 °C or less)" in too_hot.out
 
 
-def test_what_is_stated_out_of_limits_is_kept_and_the_run_fails(lab):
-    bring_in(lab, SCANS, file="short.yaml")
+def test_stated_value_beyond_its_limit_fails_the_run(lab):
+    run_import(lab, SCANS, file="short.yaml")
     high = ("4.5 N·m", "5.5 N·m")
-    called = bring_in(lab, ("recordings:\n", f"{STATED}recordings:\n"), high)
-    assert called.code == 1, called.err
+    result = run_import(lab, ("recordings:\n", f"{STATED}recordings:\n"), high)
+    assert result.code == 1, result.err
     run = imported(lab)
     assert run.info.outcome == "completed"
-    judged = [decision.passes for row in run.measurements for decision in row.decisions]
-    assert judged == [True, False, True]
+    passes = [decision.passes for row in run.measurements for decision in row.decisions]
+    assert passes == [True, False, True]
     text = "tester.torque is 5.5 N·m (limit: 5 N·m or less)"
-    assert text in called.out
+    assert text in result.out
 
 
 SCANS = (
@@ -491,14 +493,14 @@ measurements:
 """
 
 
-def bring_scan_in(lab, *changes):
-    bring_in(lab, SCANS, file="short.yaml")
-    return bring_in(lab, ("recordings:\n", f"{STATED}recordings:\n"), *changes)
+def import_scan(lab, *changes):
+    run_import(lab, SCANS, file="short.yaml")
+    return run_import(lab, ("recordings:\n", f"{STATED}recordings:\n"), *changes)
 
 
-def test_each_point_of_a_scan_is_stated(lab):
-    called = bring_scan_in(lab)
-    assert called.code == 0, called.err
+def test_points_of_a_scan_are_imported(lab):
+    result = import_scan(lab)
+    assert result.code == 0, result.err
     run = imported(lab)
     assert [
         (row.name, row.setpoints["tester.load"], round(row.values["tester.torque"], 9))
@@ -513,7 +515,7 @@ def test_each_point_of_a_scan_is_stated(lab):
 
 
 @pytest.mark.parametrize(
-    ("line", "instead", "message"),
+    ("line", "replacement", "message"),
     [
         (3, "", "measurements[2].name: the procedure measures 'held' here"),
         (4, "", "the measurement 'after' is missing, of tester.torque"),
@@ -522,48 +524,48 @@ def test_each_point_of_a_scan_is_stated(lab):
         (4, STATED[14:], "the procedure measures nothing"),
     ],
 )  # fmt: skip
-def test_points_that_are_not_the_scan_s_are_told(lab, line, instead, message):
-    was = STATED.splitlines(keepends=True)[line]
-    called = bring_scan_in(lab, (was, instead))
-    assert message in called.err
-    assert called.code in (3, 5)
+def test_points_that_do_not_match_the_scan_are_refused(lab, line, replacement, message):
+    old = STATED.splitlines(keepends=True)[line]
+    result = import_scan(lab, (old, replacement))
+    assert message in result.err
+    assert result.code in (3, 5)
 
 
-def test_a_procedure_that_measures_or_records_nothing_is_refused(lab):
+def test_procedure_without_recordings_is_refused(lab):
     measure = ("cycles: 10}}]", "cycles: 10}}, {measure: {channels: [tester.torque]}}]")
     text = (lab / "short.yaml").read_text(encoding="utf-8")
-    bring_in(lab, measure, file="short.yaml")
-    assert "is missing, of" in bring_in(lab).err
+    run_import(lab, measure, file="short.yaml")
+    assert "is missing, of" in run_import(lab).err
     wait = (
         "{record: {channels: [tester.angle, tester.torque], cycles: 10}}",
         "{wait: {time: 1 s}}",
     )
     (lab / "short.yaml").write_text(text, encoding="utf-8")
-    called = bring_in(lab, wait, file="short.yaml")
-    assert called.code == 3
-    assert "SHORT records nothing" in called.err
+    result = run_import(lab, wait, file="short.yaml")
+    assert result.code == 3
+    assert "SHORT records nothing" in result.err
 
 
-def test_a_simulated_station_stays_simulated(lab):
+def test_import_from_a_simulated_station_is_marked_simulated(lab):
     settings = STATION[STATION.index("    settings:") : STATION.index("instruments:")]
     simulated = "plugin: swing_tester_sim\n    settings: {sensors: {rate: 1 kHz}}\n"
     change = ("plugin: other_program\n" + settings, simulated)
-    bring_in(lab, change, file="bench.yaml")
+    run_import(lab, change, file="bench.yaml")
     conditions = ("conditions: {tester.oil: 40 °C, tester.force: {column: Force, unit: kN}}\n", "")
-    called = bring_in(lab, conditions)
-    assert called.code == 0, called.err
+    result = run_import(lab, conditions)
+    assert result.code == 0, result.err
     assert imported(lab).header.provenance["device tester"] == "recorded by Old.vi 1.0 (simulated)"
 
 
-def test_the_rig_of_another_program_cannot_be_run(lab):
+def test_rig_of_another_program_cannot_be_run(lab):
     station = ("--station", lab / "bench.yaml", "--runs", lab / "runs")
-    called = call("run", lab / "short.yaml", *station, "--unattended",
+    result = call("run", lab / "short.yaml", *station, "--unattended",
                   "--override", "overdue", "--by", "x", "--reason", "y")  # fmt: skip
-    assert called.code == 4
-    assert "Old.vi controls this rig, not Rigrunner" in called.err
+    assert result.code == 4
+    assert "Old.vi controls this rig, not Rigrunner" in result.err
 
 
-def test_dates_of_the_file_must_be_those_of_the_run(lab):
+def test_dates_of_the_files_must_be_within_the_run(lab):
     from unit.rigrunner_plugins.importers.helpers_importing import lvm_text  # noqa: PLC0415  (npTDMS comes with it)
 
     angle, torque = np.cos(63 * TIME).tolist(), TORQUE_MNM.tolist()
@@ -571,22 +573,22 @@ def test_dates_of_the_file_must_be_those_of_the_run(lab):
         channels = {"Angle": angle, "Torque (mNm)": torque, "Force": torque}
         text = lvm_text([channels], delta="1.000000E-3", unit="", day=day)
         (lab / name).write_text(text)
-    called = bring_in(lab, ("csv", "lvm"), (": {column: Force, unit: kN}", ": 1 kN"))
-    assert called.code == 3
+    result = run_import(lab, ("csv", "lvm"), (": {column: Force, unit: kN}", ": 1 kN"))
+    assert result.code == 3
     assert (
         "map.yaml:18:12: error: recordings[1].file: the file says that it was recorded at"
-        in called.err
+        in result.err
     )
-    assert "2026-03-05T09:15:01.250Z" in called.err  # 10:15:01.25 in the zone of `started`
-    called = bring_in(lab, ("by: A. Jones", "by: A. Jones\nended: 2026-03-05T12:00:00+01:00"))
-    assert called.code == 0, called.err
+    assert "2026-03-05T09:15:01.250Z" in result.err  # 10:15:01.25 in the zone of `started`
+    result = run_import(lab, ("by: A. Jones", "by: A. Jones\nended: 2026-03-05T12:00:00+01:00"))
+    assert result.code == 0, result.err
     first, _ = imported(lab).recordings
     assert first.started_utc == "2026-03-02T09:15:01.250Z"
     ended = datetime.fromisoformat(imported(lab).info.ended_utc)
     assert ended - datetime.fromisoformat(first.started_utc) > timedelta(days=3)
 
 
-def test_columns_of_different_lengths_are_refused(lab):
+def test_columns_of_unequal_length_are_refused(lab):
     from nptdms import ChannelObject, TdmsWriter  # noqa: PLC0415  (as above)
 
     for name, count in (("a.tdms", 1200), ("b.tdms", 1199)):
@@ -594,7 +596,7 @@ def test_columns_of_different_lengths_are_refused(lab):
         with TdmsWriter(lab / name) as writer:
             writer.write_segment([ChannelObject("r", *column) for column in columns.items()])
     csv = (": {column: Force, unit: kN}", ": 1 kN")
-    called = bring_in(lab, ("format: csv", "format: tdms"), (".csv", ".tdms"), csv)
-    assert called.code == 5
+    result = run_import(lab, ("format: csv", "format: tdms"), (".csv", ".tdms"), csv)
+    assert result.code == 5
     text = "b.tdms: error: the columns have different numbers of samples: 1200 of 'Angle', 1199 of"
-    assert text in called.err
+    assert text in result.err

@@ -1,4 +1,4 @@
-"""How often was sampled, from what is stated, from the file, and from times."""
+"""The sampling rate and start, as stated, from the file, and from times."""
 
 from __future__ import annotations
 
@@ -35,11 +35,11 @@ def times(rate_hz, digits=None, count=1001):
         (column(1e-3), times(1000.0, 4), None, 1000.0),
     ],
 )
-def test_all_that_is_known_gives_the_rate(columns, times_s, stated_hz, expected):
+def test_rate_is_derived_from_all_sources(columns, times_s, stated_hz, expected):
     assert rate_of(columns, times_s, stated_hz, "f") == expected
 
 
-def test_times_give_the_rate_to_their_own_digits():
+def test_rate_is_derived_within_the_digits_of_the_times():
     assert rate_of(column(), times(12_800.0, 6), None, "f") == pytest.approx(12_800.0, rel=2e-5)
 
 
@@ -59,7 +59,7 @@ def test_times_give_the_rate_to_their_own_digits():
         (column(), np.zeros(1001), 1000.0, "the times of the samples do not increase"),
     ],
 )
-def test_what_does_not_agree_is_refused(columns, times_s, stated_hz, message):
+def test_contradictory_or_uneven_sampling_is_refused(columns, times_s, stated_hz, message):
     with pytest.raises(DataError) as caught:
         rate_of(columns, times_s, stated_hz, "run.csv")
     assert message in str(caught.value)
@@ -70,11 +70,11 @@ NOON = datetime(2026, 3, 2, 12, tzinfo=UTC)
 
 
 def started(*offsets_s):
-    at = [None if s is None else NOON + timedelta(seconds=s) for s in offsets_s]
-    return {f"c{i}": Column(VALUES, started=start) for i, start in enumerate(at)}
+    starts = [None if s is None else NOON + timedelta(seconds=s) for s in offsets_s]
+    return {f"c{i}": Column(VALUES, started=start) for i, start in enumerate(starts)}
 
 
-def test_the_first_sample_is_at_the_start_and_the_offset():
+def test_first_sample_is_at_start_plus_offset():
     column = Column(VALUES, started=NOON, offset_s=0.25)
     assert start_of({"x": column, "y": column}, 1e4, "f") == NOON + timedelta(seconds=0.25)
     assert start_of(started(None, None), 1e4, "f") is None
@@ -82,7 +82,7 @@ def test_the_first_sample_is_at_the_start_and_the_offset():
     assert start_of(started(0.0, 1e-6), 1e4, "f") == NOON
 
 
-def test_channels_that_do_not_begin_at_once_are_refused():
+def test_channels_with_different_starts_are_refused():
     with pytest.raises(DataError, match="f: 'c1' begins 5e-05 s after 'c0'"):
         start_of(started(0.0, 5e-5), 1e4, "f")
     late = {"x": Column(VALUES), "y": Column(VALUES, offset_s=5e-5)}
@@ -93,7 +93,7 @@ def test_channels_that_do_not_begin_at_once_are_refused():
 
 
 @pytest.mark.parametrize("late_s", [0.0, 4e-5, 0.01, -0.01])
-def test_what_was_written_in_several_goes_has_no_gaps(late_s):
+def test_gap_between_written_segments_is_refused(late_s):
     goes = ((400, NOON + timedelta(seconds=0.04)), (700, NOON + timedelta(seconds=0.07 + late_s)))
     columns = {"x": Column(VALUES, started=NOON, goes=goes)}
     if abs(late_s) < 5e-5:

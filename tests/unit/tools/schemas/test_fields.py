@@ -1,4 +1,4 @@
-"""What fields of settings are, in words."""
+"""The description of settings fields in words."""
 
 from __future__ import annotations
 
@@ -80,19 +80,19 @@ FIELDS = {field.key: field for field in fields_of(Example)}
         ("names", "mapping of names to whole number", (), "", None),
     ],
 )
-def test_a_field_is_described(key, kind, units, bounds, default):
+def test_field_is_described(key, kind, units, bounds, default):
     field = FIELDS[key]
     assert (field.kind, field.units, field.bounds, field.default) == (kind, units, bounds, default)
 
 
-def test_bounds_and_defaults_of_quantities_have_a_unit():
+def test_bounds_and_defaults_of_quantities_have_units():
     (gain,) = fields_of(Inner)
     assert (gain.bounds, gain.default) == ("at least 0, at most 5 %", "2 %")
 
 
-def test_fields_within_fields_have_their_path():
-    inside = [name for name, _ in all_fields(Example) if "." in name]
-    assert inside == ["inner.gain", "columns.NAME.unit", "points[].unit"]
+def test_nested_fields_have_their_path():
+    nested = [name for name, _ in all_fields(Example) if "." in name]
+    assert nested == ["inner.gain", "columns.NAME.unit", "points[].unit"]
 
 
 class Wired(Settings):
@@ -104,7 +104,7 @@ class Wired(Settings):
     names: Annotated[str, WithJsonSchema({"pattern": "a*", "type": "string"})] = ""
 
 
-def test_what_has_a_schema_of_its_own_is_said_in_words():
+def test_fields_with_a_custom_schema_are_described():
     kinds = {name: field.kind for name, field in all_fields(Wired)}
     assert kinds == {
         "inputs": "mapping of names to settings",
@@ -114,24 +114,24 @@ def test_what_has_a_schema_of_its_own_is_said_in_words():
     }
 
 
-def test_help_is_the_description_or_the_text_under_the_field_of_a_base_too():
+def test_help_is_the_description_or_the_docstring_of_the_field():
     assert FIELDS["cycles"].help == "how many"
     assert FIELDS["depth"].help == "How deep."
     assert FIELDS["alpha"].help == ""
 
 
-def test_models_inside_and_what_is_required_are_known():
+def test_fields_have_their_model_and_whether_they_are_required():
     assert FIELDS["inner"].model is Inner
     assert [key for key, field in FIELDS.items() if field.required] == ["depth"]
 
 
-def test_a_model_without_source_has_no_texts():
+def test_model_without_source_has_no_help():
     namespace: dict[str, object] = {}
     code = "class Made(Settings):\n    depth: int = 1\n    '''How deep.'''\n"
     exec(compile(code, "<made>", "exec"), {"Settings": Settings, "__name__": "made"}, namespace)  # noqa: S102  (a class without a source file)
     assert [field.help for field in fields_of(namespace["Made"])] == [""]
 
 
-def test_what_a_wrapper_takes_is_told_in_words():
+def test_fields_of_a_wrapper_are_described():
     kinds = {field.key: field.kind for field in fields_of(WrapperSettings)}
     assert kinds == {"plugin": "text", "settings": "mapping of names to anything"}

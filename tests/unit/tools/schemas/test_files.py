@@ -1,4 +1,4 @@
-"""The JSON Schema of the languages: current, complete, and the shape that editors want."""
+"""The JSON Schemas of the languages: current, complete, and in a form that editors support."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ SHIPPED = ("rigrunner_bearings", "rigrunner_plugins", "rigrunner_reports")
 
 @pytest.fixture(scope="module")
 def shipped():
-    """Return what ships, whatever else is installed here."""
+    """Return the registry of the shipped packages only."""
     return load_registry(entry for entry in entry_points(group=PROJECT) if entry.name in SHIPPED)
 
 
@@ -35,14 +35,14 @@ def procedure(shipped):
 
 
 @pytest.mark.parametrize("language", COPIED)
-def test_the_committed_copy_is_current(language, shipped):
+def test_committed_schema_is_current(language, shipped):
     path = ROOT / "procedures" / f"{language}.schema.json"
     committed = json.loads(path.read_text(encoding="utf-8"))
     fix = f"run: rigrunner schema {language} > procedures/{language}.schema.json"
     assert committed == language_schema(language, shipped), fix
 
 
-def test_the_committed_schema_of_certificates_is_current():
+def test_committed_certificate_schema_is_current():
     path = ROOT / "docs" / "reference" / "certificate.schema.json"
     committed = json.loads(path.read_text(encoding="utf-8"))
     fix = f"run: rigrunner schema certificate > {path.relative_to(ROOT)}"
@@ -50,7 +50,7 @@ def test_the_committed_schema_of_certificates_is_current():
 
 
 @pytest.mark.parametrize("language", LANGUAGES)
-def test_the_schema_is_closed_in_itself(language, shipped):
+def test_schema_has_only_internal_references(language, shipped):
     text = json.dumps(language_schema(language, shipped))
     references = set(re.findall(r'"\$ref": "#/\$defs/([^"]+)"', text))
     assert references == set(language_schema(language, shipped)["$defs"])
@@ -59,20 +59,20 @@ def test_the_schema_is_closed_in_itself(language, shipped):
 
 
 @pytest.mark.parametrize("language", LANGUAGES)
-def test_every_key_has_its_help(language, shipped):
+def test_every_key_has_help(language, shipped):
     schema = language_schema(language, shipped)
     definitions = schema["$defs"]
-    without = []
+    keys_without_help = []
     for name, definition in {"": schema, **definitions}.items():
         for key, spec in definition.get("properties", {}).items():
             target = definitions.get(spec.get("$ref", "").removeprefix("#/$defs/"), {})
             words = spec.get("description") or target.get("description") or ""
             if not words.partition("Default: ")[0]:
-                without.append(f"{name}.{key}")
-    assert without == []
+                keys_without_help.append(f"{name}.{key}")
+    assert keys_without_help == []
 
 
-def test_a_step_is_one_object_with_one_of_all_keys(procedure):
+def test_step_has_exactly_one_of_all_keys(procedure):
     step = procedure["$defs"]["Step"]
     assert set(step["properties"]) == set(installed_kinds().steps)
     assert (step["minProperties"], step["maxProperties"]) == (1, 1)
@@ -83,7 +83,7 @@ def test_a_step_is_one_object_with_one_of_all_keys(procedure):
     }
 
 
-def test_every_value_may_be_a_reference_but_those_of_the_parameters(procedure):
+def test_all_values_except_parameters_may_be_references(procedure):
     hampel = procedure["$defs"]["Hampel"]["properties"]["window"]
     assert "string" in hampel["type"]
     assert re.search(hampel["pattern"], "$window")
@@ -92,12 +92,12 @@ def test_every_value_may_be_a_reference_but_those_of_the_parameters(procedure):
     assert "$[A-Za-z]" not in json.dumps(procedure["properties"]["parameters"])
 
 
-def test_a_station_knows_no_references(shipped):
+def test_station_allows_no_references(shipped):
     pattern = language_schema("station", shipped)["$defs"]["torque"]["pattern"]
     assert not re.search(pattern, "$limit")
 
 
-def test_a_limit_may_have_the_key_of_any_analysis(shipped):
+def test_measurand_of_a_limit_may_be_that_of_any_analysis(shipped):
     def keys(*analyses):
         plugins = [Plugin("analysis", record, Provider("lab", "1")) for record in analyses]
         others = [plugin for plugin in shipped.plugins if plugin.kind != "analysis"]
@@ -106,8 +106,8 @@ def test_a_limit_may_have_the_key_of_any_analysis(shipped):
         assert measurand.pop("description").startswith("The quantity that the limit applies to")
         return measurand, schema["$defs"]
 
-    none, _ = keys(analysis(model=None))
-    assert none == {"type": "object", "additionalProperties": True}
+    without_model, _ = keys(analysis(model=None))
+    assert without_model == {"type": "object", "additionalProperties": True}
     single, definitions = keys(analysis(), analysis("hardness_again"))
     assert single == {"$ref": "#/$defs/LimitOfHardness"}
     assert set(definitions["LimitOfHardness"]["properties"]) == {"scale", "load"}
@@ -144,7 +144,7 @@ BY_A_FIT = AnalysisRecord(
 
 def registry_of(*records):
     kinds = {DeviceRecord: "device", FitRecord: "fit", AnalysisRecord: "analysis"}
-    provider = Provider("a stranger", "1")
+    provider = Provider("a third party", "1")
     return Registry(Plugin(kinds[type(record)], record, provider) for record in records)
 
 
@@ -152,7 +152,7 @@ PRESS = DeviceRecord(name="press", help="A press", settings=Press, factory=lambd
 STRAIGHT = FitRecord(name="straight", help="A line", settings=Straight, factory=lambda _: None)
 
 
-def test_a_strangers_fit_is_known_with_its_settings():
+def test_third_party_fit_is_in_the_schema():
     definitions = language_schema("procedure", registry_of(STRAIGHT, BY_A_FIT))["$defs"]
     alternatives = definitions["FitRef"]["anyOf"]
     assert alternatives[0]["enum"] == ["straight"]
@@ -161,7 +161,7 @@ def test_a_strangers_fit_is_known_with_its_settings():
     assert "Default: false." in definitions["Straight"]["properties"]["through_zero"]["description"]
 
 
-def test_a_strangers_device_is_known_with_its_settings():
+def test_third_party_device_is_in_the_schema():
     binding = language_schema("station", registry_of(PRESS))["$defs"]["DeviceBinding"]
     assert binding["properties"]["plugin"]["enum"] == ["press"]
     (rule,) = binding["allOf"]
@@ -172,16 +172,16 @@ def test_a_strangers_device_is_known_with_its_settings():
     }
 
 
-def test_a_plugin_that_must_be_told_something_is_not_offered_by_its_name_alone():
-    told = FitRecord(name="told", help="Told", settings=Press, factory=lambda _: None)
-    alternatives = language_schema("procedure", registry_of(told, BY_A_FIT))["$defs"]["FitRef"][
+def test_plugin_with_required_settings_is_not_offered_by_name_alone():
+    strict = FitRecord(name="strict", help="Strict", settings=Press, factory=lambda _: None)
+    alternatives = language_schema("procedure", registry_of(strict, BY_A_FIT))["$defs"]["FitRef"][
         "anyOf"
     ]
     assert alternatives[0]["enum"] == []
-    assert "told" in alternatives[-1]["properties"]
+    assert "strict" in alternatives[-1]["properties"]
 
 
-def test_a_quantity_says_its_units_and_bounds(procedure):
+def test_quantity_description_has_units_and_bounds(procedure):
     window = procedure["$defs"]["TemplateInverseSettings"]["properties"]["window"]
     assert window["$ref"] == "#/$defs/angle"
     assert window["description"].endswith(
