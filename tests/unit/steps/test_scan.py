@@ -317,9 +317,7 @@ def test_unrepeatable_scan_is_not_repeated_on_resume():
     assert [c for c in device.calls if c.startswith("set load")] == ["set load 30"]
     assert not resumed.of(Scanned)
     within = listener.events.index(listener.of(Scanned)[1])
-    with pytest.raises(
-        DataError, match=r"main\[0\] was interrupted, and must not be done twice"
-    ):
+    with pytest.raises(DataError, match=r"main\[0\] was interrupted, and must not be done twice"):
         find_resume_point(plan.steps, listener.events[: within + 1], "Ada")
 
 
