@@ -1,4 +1,4 @@
-"""The commands for laboratories that test bearings, with their line of help."""
+"""The commands for laboratories that test bearings, with their help lines."""
 
 COMMANDS = {
     "Run": {"demo": "Run both procedures on the simulated rig and write the report."},
