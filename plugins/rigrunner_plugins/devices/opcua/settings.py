@@ -61,11 +61,11 @@ class Security(Settings):
     private_key: str
     """File of the key that belongs to it."""
     server_certificate: str
-    """File of the certificate of the server that is trusted, and no other."""
+    """File of the server's certificate, the only one that is trusted."""
 
 
 class User(Settings):
-    """Who logs in."""
+    """The user of the login."""
 
     name: str
     """The user's name."""
@@ -90,22 +90,22 @@ class Write(Settings):
     node: NodeId
     """Its identifier."""
     value: Annotated[float, Field(strict=False)]
-    """What is written; 0 or 1 where the node is a Boolean."""
+    """The number to write; 0 or 1 if the node is a Boolean."""
     wait: Annotated[Duration, Field(ge=0)] = 0.0
     """Waiting time before the next one."""
 
 
 class IdentityNodes(Settings):
-    """Who the instrument is: nodes that say so, and what they must say."""
+    """Nodes with the identity of the instrument, and the expected values."""
 
     maker: NodeId | None = None
-    """Left out, the manufacturer of the server."""
+    """Node of the maker; if omitted, the manufacturer of the server."""
     model: NodeId | None = None
-    """Left out, the product name of the server."""
+    """Node of the model; if omitted, the product name of the server."""
     serial: NodeId | None = None
-    """A server itself has none."""
+    """Node of the serial number; a server has none of its own."""
     firmware: NodeId | None = None
-    """Left out, the software version of the server."""
+    """Node of the firmware version; if omitted, the software version of the server."""
     expect: dict[Literal["maker", "model", "serial", "firmware"], str] = Field(default_factory=dict)
     """Expected instrument; a run does not start with another one."""
 
