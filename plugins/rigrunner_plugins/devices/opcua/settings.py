@@ -103,7 +103,7 @@ class IdentityNodes(Settings):
     model: NodeId | None = None
     """Node of the model; if omitted, the product name of the server."""
     serial: NodeId | None = None
-    """Node of the serial number; a server has none of its own."""
+    """Node of the serial number; a server itself has none."""
     firmware: NodeId | None = None
     """Node of the firmware version; if omitted, the software version of the server."""
     expect: dict[Literal["maker", "model", "serial", "firmware"], str] = Field(default_factory=dict)

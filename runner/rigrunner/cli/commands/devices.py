@@ -47,7 +47,7 @@ def command(
 ) -> ExitCode:
     """Connect each device of a station, and report its identity and state.
 
-    Each is connected on its own, read once, made safe and closed. The exit code is 4 if one fails.
+    Each is connected separately, read once, made safe and closed. The exit code is 4 if one fails.
     A rig that was left energised is reported first. If a device cannot be read back, a person
     confirms its state with --safe-by and --reason.
     """

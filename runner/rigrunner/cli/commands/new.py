@@ -27,8 +27,8 @@ PLUGINS = "plugins"
 def command(kind: str, name: str, folder: Path | None, *, drop_in: bool) -> None:
     """Create a plugin that works at once.
 
-    A package that can be installed, with its tests and a README, or with --drop-in one file. KIND
-    is device, fit, outlier-rule, rule, analysis, importer, report, step or unit, or a kind that a
+    It creates an installable package with tests and a README, or with --drop-in one file. KIND is
+    device, fit, outlier-rule, rule, analysis, importer, report, step or unit, or a kind that a
     package brings. NAME is what procedures and stations call it. No file is overwritten.
     """
     from rigrunner.registry import load_registry, with_drop_ins
