@@ -61,7 +61,7 @@ def command(
         raise UsageError("--safe-by needs a name, and --reason what that person saw or did")
     tape = tape_for(record, replay)
     if replay is not None:
-        message(f"Replaying the tape {replay}: no instrument is asked.")
+        message(f"Replaying the tape {replay}: no instrument is used.")
     reports: list[DeviceReport] = []
     prepared = ready_station(find_station(station), tape=tape)
     with stop_on_signals() as stop, prepared.hold("devices") as ready:
