@@ -56,8 +56,8 @@ def test_no_line_of_the_drawing_passes_behind_a_box():
     lines = made["arrows"](made["packages"]())
     hidden = [
         (line, name)
-        for line, route in made["_routes"](boxes, lines).items()
-        for x, top in route
+        for line, way in made["_routes"](boxes, lines).items()
+        for x, top in way
         for name, (left, y, width) in boxes.items()
         if y == top and left <= x <= left + width
     ]
@@ -70,17 +70,17 @@ def test_the_table_is_that_of_the_code():
 
 
 def test_every_package_has_its_box_and_no_arrow_goes_up():
-    layer_of = {name: row for row, names in enumerate(made["layers"]()) for name in names}
+    floor_of = {name: row for row, names in enumerate(made["layers"]()) for name in names}
     there = {path.stem for path in (ROOT / "runner/rigrunner").glob("*.py")} | {
         path.parent.name for path in (ROOT / "runner/rigrunner").glob("*/__init__.py")
     }
     there |= {path.parent.name for path in (ROOT / "runner").glob("rigrunner_*/__init__.py")}
-    assert set(layer_of) == there - {"__init__"}
+    assert set(floor_of) == there - {"__init__"}
     arrows = made["arrows"](made["packages"]())
     for start, end in arrows:
         if end in made["PLUGINS"]:
             continue
-        assert layer_of.get(start, -1) <= layer_of[end], (start, end)
+        assert floor_of.get(start, -1) <= floor_of[end], (start, end)
         assert (end, start) not in arrows
 
 
@@ -91,13 +91,13 @@ def test_plugins_and_reports_may_import_api_and_signal_alone():
         for contract in rules["importlinter"]["contracts"]
         if contract["name"].endswith("only rigrunner.api, rigrunner.signal and rigrunner.plots")
     )
-    layers = {
+    floors = {
         name if name.startswith("rigrunner_") else f"rigrunner.{name}"
         for row in made["layers"]()
         for name in row
     }
     used = {"rigrunner.api", "rigrunner.signal", "rigrunner.plots"}
-    assert kept_out == layers - used - {"rigrunner.moved"}  # the first two build on it
+    assert kept_out == floors - used - {"rigrunner.moved"}  # which the first two stand on
 
 
 def test_the_arrows_reach_all_that_is_imported_and_no_more():
@@ -130,16 +130,16 @@ def test_imports_are_read_as_python_reads_them(tmp_path):
     assert part.imports == {"engine", "plan", "rig", "rigrunner_panel"}
 
 
-def test_a_package_exports_only_what_others_use():
+def test_a_room_hands_out_what_others_use_and_no_more():
     """Of `api`, the kit and notebooks the users are plugins and notebooks of others."""
     public = ("rigrunner.api", "rigrunner_testing", "rigrunner_fleet.notebook")
     used, handed_out = set(), {}
     for folder in ("runner", "plugins", "reports", "tests"):
         for path in (ROOT / folder).rglob("*.py"):
-            package = ".".join(path.relative_to(ROOT / folder).parent.parts)
+            room = ".".join(path.relative_to(ROOT / folder).parent.parts)
             text = re.sub(r" #.*", "", path.read_text(encoding="utf-8"))
             for module, names in FROM.findall(text):
-                if module != package:
+                if module != room:
                     used |= {(module, each) for each in re.findall(r"(?<! as )\b\w+", names)}
             if path.stem == "__init__" and "\n__all__ = " in text:
                 (listed,) = (
@@ -147,13 +147,13 @@ def test_a_package_exports_only_what_others_use():
                     for node in ast.parse(text).body
                     if isinstance(node, ast.Assign) and ast.unparse(node.targets[0]) == "__all__"
                 )
-                handed_out[package] = ast.literal_eval(listed)
+                handed_out[room] = ast.literal_eval(listed)
     assert "rigrunner.runfile" in handed_out
     assert [
-        f"{package}.{name}"
-        for package, names in handed_out.items()
+        f"{room}.{name}"
+        for room, names in handed_out.items()
         for name in names
-        if not package.startswith(public) and (package, name) not in used
+        if not room.startswith(public) and (room, name) not in used
     ] == []
 
 
@@ -175,7 +175,7 @@ def test_what_silences_a_check_says_why():
     assert silent == []
 
 
-def test_subpackages_are_listed_with_their_imports():
+def test_a_room_is_listed_with_the_rooms_that_it_uses():
     rows = made["subpackages_table"]().splitlines()
     jobs = next(row for row in rows if row.startswith("| `rigrunner_panel.jobs` |"))
     assert jobs.endswith("| `process`, `view` |")
