@@ -191,9 +191,9 @@ class Accuracy(Settings):
     nonlinearity: StatedNonlinearity | None = None
     """Deviation from a straight line; a bare percentage is of full scale."""
     repeatability: StatedLimit | None = None
-    """Between readings of the same value: half of their range, b' of DIN 51309."""
+    """Scatter of readings of the same value: half of their range, b' of DIN 51309."""
     hysteresis: StatedLimit | None = None
-    """Between rising and falling values: half of the difference, h of DIN 51309."""
+    """Difference between rising and falling values: half of it, h of DIN 51309."""
     resolution: StatedLimit | None = None
     """Smallest step of the reading, r; the error is up to half of it."""
     creep: StatedLimit | None = None

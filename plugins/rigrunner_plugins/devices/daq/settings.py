@@ -172,7 +172,8 @@ class DaqSettings(Settings):
     """A device of National Instruments, all of whose channels share one sample clock."""
 
     device: Annotated[str, Field(pattern=r"^[A-Za-z][A-Za-z0-9_-]*$")]
-    """Its name in NI MAX, such as Dev1; of modules in a chassis the chassis, such as cDAQ1."""
+    """Its name in NI MAX, such as Dev1; for modules in a chassis that of the chassis, such as
+    cDAQ1."""
     rate: Annotated[Frequency, Field(gt=0)]
     """Samples per second and channel."""
     channels: dict[QuantityName, Channel]

@@ -34,7 +34,7 @@ class Rtu(Settings):
     """A serial line; the defaults are those of the standard (Serial Line V1.02, clause 2.5.1)."""
 
     port: str
-    """Such as /dev/ttyUSB0 or COM3."""
+    """The serial port, such as /dev/ttyUSB0 or COM3."""
     baud: Annotated[int, Field(ge=300, le=4_000_000)] = 19200
     """Bits per second."""
     parity: Literal["even", "odd", "none"] = "even"
@@ -136,9 +136,9 @@ class ModbusReading(Number, DeclaredReading):
     values: Annotated[int, Field(ge=1, le=0x10000)] | None = None
     """Number of consecutive numbers of an array."""
     scale: Annotated[float, Field(strict=False)] = 1.0
-    """Of an array: factor of each number."""
+    """For an array: factor of each number."""
     offset: Annotated[float, Field(strict=False)] = 0.0
-    """Of an array: summand, added after scaling."""
+    """For an array: summand, added after scaling."""
 
     @model_validator(mode="after")
     def _is_array(self) -> Self:

@@ -77,7 +77,7 @@ class NodeValue(Settings):
     """A node, and what its value is like."""
 
     node: NodeId
-    """Its identifier."""
+    """Identifier of the node."""
     type: Type | None = None
     """Its type, which must be that of the server; if omitted, that of the server is used."""
     stale: PositiveDuration | None = None
@@ -88,7 +88,7 @@ class Write(Settings):
     """A number that is written to a node."""
 
     node: NodeId
-    """Its identifier."""
+    """Identifier of the node."""
     value: Annotated[float, Field(strict=False)]
     """The number to write; 0 or 1 if the node is a Boolean."""
     wait: Annotated[Duration, Field(ge=0)] = 0.0
@@ -158,7 +158,7 @@ class OpcUaSettings(Settings):
     endpoint: Annotated[
         str, AfterValidator(_endpoint), WithJsonSchema({"type": "string", "pattern": _ENDPOINT})
     ]
-    """Such as opc.tcp://192.168.1.30:4840."""
+    """Address of the server, such as opc.tcp://192.168.1.30:4840."""
     timeout: PositiveDuration = 2.0
     """Time limit of an answer."""
     security: Security | None = None

@@ -107,7 +107,7 @@ class ErrorQueue(Settings):
 
 
 class Stream(Settings):
-    """How the instrument records channels on one clock and hands them over in blocks."""
+    """How the instrument records channels on one clock and sends them in blocks."""
 
     rate: Annotated[Frequency, Field(gt=0)]
     """Samples per second and channel, as set in the instrument."""
