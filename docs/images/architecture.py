@@ -1,10 +1,10 @@
 #!/usr/bin/env python3
-"""Draws the floors of Rigrunner, and lists its packages, from the code itself.
+"""Draws the layers of Rigrunner, and lists its packages, from the code itself.
 
     python docs/images/architecture.py docs
 
-Floors are those of the import contract in `pyproject.toml`, arrows the imports of the source. It
-writes `images/architecture.svg`, and the tables of `architecture.md` below its mark.
+The layers are those of the import contracts in `pyproject.toml`, the arrows the imports in the
+source. It writes `images/architecture.svg`, and the tables in `architecture.md` below the mark.
 """
 
 from __future__ import annotations
@@ -20,33 +20,33 @@ from pathlib import Path
 
 ROOT = Path(__file__).parents[2]
 OURS = ROOT / "runner/rigrunner"
-GUESTS = {
+PLUGINS = {
     "rigrunner_bearings": ROOT / "plugins/rigrunner_bearings",
     "rigrunner_plugins": ROOT / "plugins/rigrunner_plugins",
     "rigrunner_reports": ROOT / "reports/rigrunner_reports",
 }
 ABOVE = "rigrunner_"
-"""How the packages of the runner begin that stand on its core."""
+"""The prefix of the packages that build on the core."""
 MARK = "<!-- below: made by docs/images/architecture.py -->\n"
-ROOMS = "## Rooms inside the packages\n"
+SUBPACKAGES = "## Subpackages\n"
 WIDTH, BAND, BOX, LEFT = 1180, 78, 34, 16
-GUESTS_X = 1000  # where the column of plugins and reports begins
-INSIDE = GUESTS_X - 40 - LEFT
+PLUGINS_X = 1000  # where the column of plugins and reports begins
+INSIDE = PLUGINS_X - 40 - LEFT
 ASIDE = {
     "tape": 0.19, "engine": 0.24, "procedure": 0.3, "station": 0.13, "interlock": 0.13,
     "spreadsheet": 0.08, "signal": 0.245, "ending": 0.41, "hdf5_reading": 0.59, "blas": 0.755,
     "printable": 0.92,
 }  # fmt: skip
-"""How far to the right a box stands that would hide lines in the middle; others share a floor."""
-GAP, LANE = 24, 7  # between the boxes of a floor, and between lines that pass there
+"""Horizontal place of boxes that would hide lines in the middle; others share a layer evenly."""
+GAP, LANE = 24, 7  # between the boxes of a layer, and between lines that pass there
 Boxes = dict[str, tuple[float, float, float]]
 Line = tuple[str, str]
-INK, LINE, FILL, FLOOR, GUEST = "#1f2933", "#7b8794", "#ffffff", "#f0f4f8", "#fff7e6"
+INK, LINE, FILL, BAND_FILL, PLUGIN_FILL = "#1f2933", "#7b8794", "#ffffff", "#f0f4f8", "#fff7e6"
 
 
 @dataclass(frozen=True)
 class Package:
-    """A part of the program that has a floor: a package, or a module of its own."""
+    """A package, or a top-level module, of a layer."""
 
     name: str
     path: Path
@@ -69,25 +69,29 @@ class Package:
         return {part for path in self.files for part in _imported(path)} - {self.name}
 
 
-def floors() -> list[list[str]]:
+def layers() -> list[list[str]]:
     """Return the layers of the contracts, the top first: packages on the core, and the core's."""
     project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
     contracts = project["tool"]["importlinter"]["contracts"]
-    floors = (each for each in contracts if each["type"] == "layers")
-    layers = (
-        each["layers"] for each in floors if "containers" in each or OURS.name in each["layers"]
+    lists = (
+        contract["layers"]
+        for contract in contracts
+        if contract["type"] == "layers"
+        and ("containers" in contract or OURS.name in contract["layers"])
     )
-    return [re.split(r" [:|] ", layer) for each in layers for layer in each if layer != "rigrunner"]
+    return [
+        re.split(r" [:|] ", layer) for names in lists for layer in names if layer != "rigrunner"
+    ]
 
 
 def packages() -> dict[str, Package]:
     """Return all parts of rigrunner by name, and the plugins and reports that ship."""
     own = {
         name: Package(name, (OURS.parent if name.startswith(ABOVE) else OURS) / name)
-        for floor in floors()
-        for name in floor
+        for layer in layers()
+        for name in layer
     }
-    return own | {name: Package(name, path) for name, path in GUESTS.items()}
+    return own | {name: Package(name, path) for name, path in PLUGINS.items()}
 
 
 def arrows(parts: dict[str, Package]) -> list[tuple[str, str]]:
@@ -110,22 +114,22 @@ def arrows(parts: dict[str, Package]) -> list[tuple[str, str]]:
 
 def drawing() -> str:
     """Return the SVG."""
-    parts, rows = packages(), floors()
+    parts, rows = packages(), layers()
     boxes = _places(rows)
     lines = arrows(parts)
     height = BAND * len(rows) + 16
     body = [
         f'<rect x="{LEFT}" y="{16 + BAND * row}" width="{INSIDE}" height="{BOX + 16}" rx="8"'
-        f' fill="{FLOOR}"/>'
+        f' fill="{BAND_FILL}"/>'
         for row in range(len(rows))
     ]
-    ways = _ways(boxes, lines)
-    body += [_arrow(boxes, lines, each, ways[each]) for each in lines]
+    routes = _routes(boxes, lines)
+    body += [_arrow(boxes, lines, each, routes[each]) for each in lines]
     body += [_box(parts[name], place) for name, place in boxes.items()]
-    body.append(_doors(boxes))
+    body.append(_plugins_caption(boxes))
     return (
         f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {WIDTH} {height}"'
-        f' font-family="sans-serif" role="img">\n<title>The floors of Rigrunner</title>\n'
+        f' font-family="sans-serif" role="img">\n<title>The layers of Rigrunner</title>\n'
         '<defs><marker id="tip" viewBox="0 0 8 8" refX="7" refY="4" markerWidth="7"'
         f' markerHeight="7" orient="auto"><path d="M0 0 8 4 0 8z" fill="{LINE}"/></marker></defs>\n'
         f'<rect width="{WIDTH}" height="{height}" fill="#ffffff"/>\n'
@@ -135,22 +139,22 @@ def drawing() -> str:
 
 
 def table() -> str:
-    """Return the rows of all packages, the top floor first."""
+    """Return the table of all packages, the top layer first."""
     lines = ["| package | what it is | imports |", "|---|---|---|"]
     for name, part in packages().items():
-        imports = ", ".join(f"`{each}`" for each in sorted(part.imports)) or "none of ours"
+        imports = ", ".join(f"`{each}`" for each in sorted(part.imports)) or "none"
         lines.append(f"| `{name}` | {part.summary} | {imports} |")
     return "\n".join(lines) + "\n"
 
 
-def rooms_table() -> str:
-    """Return the rows of the rooms inside packages, with the rooms beside them that they use."""
-    lines = ["| room | what it is | uses beside it |", "|---|---|---|"]
+def subpackages_table() -> str:
+    """Return the table of all subpackages, each with the siblings that it imports."""
+    lines = ["| subpackage | what it is | imports beside it |", "|---|---|---|"]
     for part in packages().values():
         for start in part.files:
             if start.stem == "__init__" and start.parent != part.path:
-                uses = ", ".join(f"`{each}`" for each in _beside(start.parent)) or "nothing"
-                lines.append(f"| `{_dotted(start.parent, part)}` | {_summary(start)} | {uses} |")
+                imports = ", ".join(f"`{each}`" for each in _siblings(start.parent)) or "none"
+                lines.append(f"| `{_dotted(start.parent, part)}` | {_summary(start)} | {imports} |")
     return "\n".join(lines) + "\n"
 
 
@@ -159,25 +163,27 @@ def page(text: str) -> str:
     head, mark, _ = text.partition(MARK)
     if not mark:
         raise SystemExit(f"the page has no line {MARK.strip()}")
-    return f"{head}{mark}\n{table()}\n{ROOMS}\n{rooms_table()}"
+    return f"{head}{mark}\n{table()}\n{SUBPACKAGES}\n{subpackages_table()}"
 
 
-def _dotted(room: Path, part: Package) -> str:
-    return ".".join((part.name, *room.relative_to(part.path).parts))
+def _dotted(subpackage: Path, part: Package) -> str:
+    return ".".join((part.name, *subpackage.relative_to(part.path).parts))
 
 
-def _beside(room: Path) -> list[str]:
-    """Return the names of the rooms with the same parent that a room imports."""
+def _siblings(subpackage: Path) -> list[str]:
+    """Return the names of the subpackages of the same parent that a subpackage imports."""
     root = next(
         each
         for each in (OURS.parent, ROOT / "plugins", ROOT / "reports")
-        if room.is_relative_to(each)
+        if subpackage.is_relative_to(each)
     )
-    parent = ".".join(room.parent.relative_to(root).parts) + "."
-    beside = {each.parent.name for each in room.parent.glob("*/__init__.py")} - {room.name}
+    parent = ".".join(subpackage.parent.relative_to(root).parts) + "."
+    beside = {each.parent.name for each in subpackage.parent.glob("*/__init__.py")} - {
+        subpackage.name
+    }
     used = {
         name.removeprefix(parent).split(".")[0]
-        for path in room.rglob("*.py")
+        for path in subpackage.rglob("*.py")
         for name in _names(path)
         if name.startswith(parent)
     }
@@ -218,8 +224,8 @@ def _places(rows: list[list[str]]) -> Boxes:
         for column, name in enumerate(names):
             middle = INSIDE * ASIDE[name] if name in ASIDE else step * (column + 0.5)
             places[name] = (LEFT + middle - width / 2, 24 + BAND * row, width)
-    for row, name in enumerate(GUESTS, len(rows) - 5):
-        places[name] = (GUESTS_X, 24 + BAND * row, WIDTH - GUESTS_X - 16)
+    for row, name in enumerate(PLUGINS, len(rows) - 5):
+        places[name] = (PLUGINS_X, 24 + BAND * row, WIDTH - PLUGINS_X - 16)
     return places
 
 
@@ -230,35 +236,35 @@ def _ends(boxes: Boxes, lines: list[Line], line: Line) -> tuple[float, float]:
     return first, _port(boxes, end, [s for s, e in lines if e == end], start)
 
 
-def _ways(boxes: Boxes, lines: list[Line]) -> dict[Line, list[tuple[float, float]]]:
-    """Return x and y where each line passes the floors on its way: beside boxes, not behind."""
+def _routes(boxes: Boxes, lines: list[Line]) -> dict[Line, list[tuple[float, float]]]:
+    """Return x and y where each line passes a layer between its ends: beside boxes."""
     tops = sorted({top for _, top, _ in boxes.values()})
     taken: dict[float, list[float]] = {top: [] for top in tops}
-    ways: dict[Line, list[tuple[float, float]]] = {}
+    routes: dict[Line, list[tuple[float, float]]] = {}
     for line in sorted(lines, key=lambda each: (boxes[each[1]][1] - boxes[each[0]][1], each)):
         x, x2 = _ends(boxes, lines, line)
         between = [top for top in tops if boxes[line[0]][1] < top < boxes[line[1]][1]]
-        ways[line] = []
+        routes[line] = []
         for left, top in zip(range(len(between), 0, -1), between, strict=True):
             free = _free(boxes, top, taken[top])
             x = min(free, key=lambda each: abs(each - x - (x2 - x) / (left + 1)))
             taken[top].append(x)
-            ways[line].append((x, top))
-    return ways
+            routes[line].append((x, top))
+    return routes
 
 
 def _free(boxes: Boxes, top: float, taken: list[float]) -> list[float]:
-    """Return where a floor has room for one more line."""
+    """Return where a layer has room for one more line."""
     here = [(left - 5, left + width + 5) for left, y, width in boxes.values() if y == top]
     return [
         x
-        for x in range(LEFT, GUESTS_X - 20, 2)
+        for x in range(LEFT, PLUGINS_X - 20, 2)
         if not any(first < x < last for first, last in here)
         and all(abs(x - other) > LANE for other in taken)
     ]
 
 
-def _arrow(boxes: Boxes, lines: list[Line], line: Line, way: list[tuple[float, float]]) -> str:
+def _arrow(boxes: Boxes, lines: list[Line], line: Line, route: list[tuple[float, float]]) -> str:
     start, end = line
     x1, x2 = _ends(boxes, lines, line)
     y1, y2 = boxes[start][1] + BOX, boxes[end][1] - 1
@@ -266,7 +272,7 @@ def _arrow(boxes: Boxes, lines: list[Line], line: Line, way: list[tuple[float, f
     if boxes[start][1] == boxes[end][1]:  # a neighbour: below both boxes
         path += f"C{x1:.1f} {y1 + 24:.1f} {x2:.1f} {y1 + 24:.1f} {x2:.1f} {y1 + 1:.1f}"
     else:
-        for x, y in [*way, (x2, y2)]:
+        for x, y in [*route, (x2, y2)]:
             middle = (y1 + y) / 2
             path += f"C{x1:.1f} {middle:.1f} {x:.1f} {middle:.1f} {x:.1f} {y:.1f}"
             x1, y1 = x, y + BOX
@@ -284,7 +290,7 @@ def _port(boxes: Boxes, name: str, others: list[str], other: str) -> float:
 
 def _box(part: Package, place: tuple[float, float, float]) -> str:
     left, top, width = place
-    fill = GUEST if part.name in GUESTS else FILL
+    fill = PLUGIN_FILL if part.name in PLUGINS else FILL
     return (
         f'<g><title>{escape(part.summary)}</title><rect x="{left:.1f}" y="{top}"'
         f' width="{width:.1f}" height="{BOX}" rx="5" fill="{fill}" stroke="{INK}"/>'
@@ -293,9 +299,9 @@ def _box(part: Package, place: tuple[float, float, float]) -> str:
     )
 
 
-def _doors(boxes: Boxes) -> str:
-    """Return what is written above the guests: how they come in."""
-    left, top, width = boxes[next(iter(GUESTS))]
+def _plugins_caption(boxes: Boxes) -> str:
+    """Return the caption above the plugins: how they are found."""
+    left, top, width = boxes[next(iter(PLUGINS))]
     middle = left + width / 2
     return "\n".join(
         f'<text x="{middle:.1f}" y="{top - 34 + 16 * row}" text-anchor="middle" font-size="12"'

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 class FractionSettings(Settings):
     """Settings of the rule `guard_band_fraction`."""
 
-    fraction: Annotated[float, Field(gt=0, le=5, description="of U: w = fraction · U")]
+    fraction: Annotated[float, Field(gt=0, le=5, description="share of U: w = fraction · U")]
 
 
 @dataclass(frozen=True)

@@ -1,4 +1,4 @@
-"""How many threads linear algebra may take: one."""
+"""Limits linear algebra to one thread."""
 
 from __future__ import annotations
 

@@ -23,7 +23,7 @@ CONDITIONS = ("above", "below", "outside", "rate", "stale")
 
 
 class Interlock(Settings):
-    """A channel that is watched throughout a run. One of above, below, outside, rate, stale."""
+    """A channel monitored throughout a run. One of above, below, outside, rate, stale."""
 
     name: Name
     """Name in alarms."""
@@ -38,9 +38,9 @@ class Interlock(Settings):
     rate: AnyQuantity | None = None
     """It trips at a faster change, up or down, such as 2 K/s."""
     stale: PositiveDuration | None = None
-    """It trips when it could not be read for so long; the other conditions trip at once then. A
-    value that does not change is no error here: `stale` of a device, such as opcua and
-    serial_ascii, says how old one may be, and an older one cannot be read."""
+    """It trips if it could not be read for this time; the other conditions then trip at once. An
+    unchanged value is not an error: `stale` of a device, such as opcua or serial_ascii, limits its
+    age, and an older value cannot be read."""
     debounce: Annotated[Duration, Field(ge=0)] = 0.0
     """How long the condition must last without interruption."""
     hysteresis: Difference | None = None

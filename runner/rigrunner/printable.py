@@ -1,4 +1,4 @@
-"""Texts of others, as they can be shown: on a terminal, in a log, in XML."""
+"""Makes texts from elsewhere safe to show: on a terminal, in a log, in XML."""
 
 from __future__ import annotations
 

@@ -102,7 +102,8 @@ def test_one_changed_command_is_the_first_difference(recorded, tmp_path):
     ended = replay(recorded, station, tmp_path / "runs")
     assert ended.code == ExitCode.DEVICE
     assert (
-        "tester.bridge.jsonl:5 has 'query MEAS:TEMP?', asked was 'query MEAS:TEMPER?'" in ended.err
+        "tester.bridge.jsonl:5 has 'query MEAS:TEMP?', the replay asked for 'query MEAS:TEMPER?'"
+        in ended.err
     )
     assert "the settings of tester are not those of the tape" in ended.err
 

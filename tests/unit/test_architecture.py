@@ -52,11 +52,11 @@ def test_drawing_matches_the_code():
 
 
 def test_no_line_of_the_drawing_crosses_a_box():
-    boxes = made["_places"](made["floors"]())
+    boxes = made["_places"](made["layers"]())
     lines = made["arrows"](made["packages"]())
     hidden = [
         (line, name)
-        for line, way in made["_ways"](boxes, lines).items()
+        for line, way in made["_routes"](boxes, lines).items()
         for x, top in way
         for name, (left, y, width) in boxes.items()
         if y == top and left <= x <= left + width
@@ -70,17 +70,17 @@ def test_table_matches_the_code():
 
 
 def test_every_package_has_a_box_and_no_arrow_points_up():
-    floor_of = {name: row for row, names in enumerate(made["floors"]()) for name in names}
+    layer_of = {name: row for row, names in enumerate(made["layers"]()) for name in names}
     packages = {path.stem for path in (ROOT / "runner/rigrunner").glob("*.py")} | {
         path.parent.name for path in (ROOT / "runner/rigrunner").glob("*/__init__.py")
     }
     packages |= {path.parent.name for path in (ROOT / "runner").glob("rigrunner_*/__init__.py")}
-    assert set(floor_of) == packages - {"__init__"}
+    assert set(layer_of) == packages - {"__init__"}
     arrows = made["arrows"](made["packages"]())
     for start, end in arrows:
-        if end in made["GUESTS"]:
+        if end in made["PLUGINS"]:
             continue
-        assert floor_of.get(start, -1) <= floor_of[end], (start, end)
+        assert layer_of.get(start, -1) <= layer_of[end], (start, end)
         assert (end, start) not in arrows
 
 
@@ -91,13 +91,13 @@ def test_plugins_and_reports_may_import_only_api_signal_and_plots():
         for contract in rules["importlinter"]["contracts"]
         if contract["name"].endswith("only rigrunner.api, rigrunner.signal and rigrunner.plots")
     )
-    floors = {
+    modules = {
         name if name.startswith("rigrunner_") else f"rigrunner.{name}"
-        for row in made["floors"]()
+        for row in made["layers"]()
         for name in row
     }
     used = {"rigrunner.api", "rigrunner.signal", "rigrunner.plots"}
-    assert forbidden == floors - used - {"rigrunner.moved"}  # which the first two import
+    assert forbidden == modules - used - {"rigrunner.moved"}  # which the first two import
 
 
 def test_arrows_cover_exactly_the_imports():
@@ -136,10 +136,10 @@ def test_packages_export_only_what_others_use():
     used, handed_out = set(), {}
     for folder in ("runner", "plugins", "reports", "tests"):
         for path in (ROOT / folder).rglob("*.py"):
-            room = ".".join(path.relative_to(ROOT / folder).parent.parts)
+            package = ".".join(path.relative_to(ROOT / folder).parent.parts)
             text = re.sub(r" #.*", "", path.read_text(encoding="utf-8"))
             for module, names in FROM.findall(text):
-                if module != room:
+                if module != package:
                     used |= {(module, name) for name in re.findall(r"(?<! as )\b\w+", names)}
             if path.stem == "__init__" and "\n__all__ = " in text:
                 (listed,) = (
@@ -147,13 +147,13 @@ def test_packages_export_only_what_others_use():
                     for node in ast.parse(text).body
                     if isinstance(node, ast.Assign) and ast.unparse(node.targets[0]) == "__all__"
                 )
-                handed_out[room] = ast.literal_eval(listed)
+                handed_out[package] = ast.literal_eval(listed)
     assert "rigrunner.runfile" in handed_out
     assert [
-        f"{room}.{name}"
-        for room, names in handed_out.items()
+        f"{package}.{name}"
+        for package, names in handed_out.items()
         for name in names
-        if not room.startswith(public) and (room, name) not in used
+        if not package.startswith(public) and (package, name) not in used
     ] == []
 
 
@@ -167,18 +167,18 @@ def test_every_suppressed_check_states_its_reason():
         for folder in ("runner", "plugins", "reports")
         for path in (ROOT / folder).rglob("*.py")
     ]
-    unexplained_lines = [
+    found_lines = [
         f"{path.relative_to(ROOT)}:{number}"
         for path in sources
         for number, line in enumerate(path.read_text(encoding="utf-8").splitlines(), 1)
         if unexplained.search(line.rstrip())
     ]
     assert len(sources) > 500
-    assert unexplained_lines == []
+    assert found_lines == []
 
 
 def test_packages_are_listed_with_their_imports():
-    rows = made["rooms_table"]().splitlines()
+    rows = made["subpackages_table"]().splitlines()
     jobs = next(row for row in rows if row.startswith("| `rigrunner_panel.jobs` |"))
     assert jobs.endswith("| `process`, `view` |")
     assert any(row.startswith("| `rigrunner_plugins.devices.visa` |") for row in rows)
@@ -191,7 +191,7 @@ def test_the_drawing_has_a_box_for_each_package():
 
 
 def test_no_box_hides_another():
-    boxes = made["_places"](made["floors"]())
+    boxes = made["_places"](made["layers"]())
     rows = {}
     for left, top, width in boxes.values():
         rows.setdefault(top, []).append((left, left + width))

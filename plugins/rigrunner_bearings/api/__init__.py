@@ -1,6 +1,6 @@
-"""The contracts of torque: what a package needs that brings compensations, beside `rigrunner.api`.
+"""The contracts of torque, for packages with compensations; they add to `rigrunner.api`.
 
-Here is the record of such a plugin; the modules have what it takes and gives. None loads numpy.
+The record of such a plugin is here; its inputs and outputs are in the modules. None loads numpy.
 """
 
 from __future__ import annotations

@@ -97,14 +97,14 @@ class MeasurandKind:
 
 
 class LimitMeasurand(Settings):
-    """Which torque a limit is for; it says nothing of any other."""
+    """The torque that a limit applies to."""
 
     nature: Literal["load_induced", "total", "no_load"]
-    """What the load adds, all under load, or all without load."""
+    """The torque that the load adds, the total under load, or the total without load."""
     condition: Literal["at_reversal", "from_rest", "under_way"]
     """At the reversals of a swing, at the first movement after a rest, or as a mean on the way."""
     load: Force | None = None
-    """The load at which it holds; left out, at any."""
+    """The load at which it applies; if omitted, any load."""
 
     @property
     def kind(self) -> MeasurandKind:

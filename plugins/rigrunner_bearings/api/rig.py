@@ -51,19 +51,19 @@ def refuse_growth_without_limit(growth: float | None, limit: float | None) -> No
 class SupportUnderLoad(Settings):
     """Friction that a load adds to the support, measured with a bearing of known friction.
 
-    `rigrunner support-friction` states what to enter. At another load it is taken in proportion.
+    `rigrunner support-friction` prints the entry. At other loads it is scaled in proportion.
     """
 
     source: Annotated[
         PlainText, Field(min_length=1, max_length=80, description="the run, and the certificate")
     ]
-    load: Annotated[Force, Field(gt=0, description="under which it was measured")]
+    load: Annotated[Force, Field(gt=0, description="load under which it was measured")]
     torque: Annotated[
-        Torque, Field(description="that the load adds where the starting torque is read")
+        Torque, Field(description="torque that the load adds where the starting torque is read")
     ]
     u: Annotated[Torque, Field(ge=0, description="its standard uncertainty")]
     degrees_of_freedom: Annotated[
-        float | None, Field(ge=1, description="of u; left out, there are many")
+        float | None, Field(ge=1, description="degrees of freedom of u; if omitted, there are many")
     ] = None
 
 
@@ -71,7 +71,9 @@ class Scatter(Settings):
     """A standard deviation from a study."""
 
     u: Annotated[Torque, Field(ge=0, description="the standard deviation of one result")]
-    degrees_of_freedom: Annotated[float, Field(ge=1, description="as the study states them")]
+    degrees_of_freedom: Annotated[
+        float, Field(ge=1, description="its degrees of freedom, from the study")
+    ]
 
 
 class NamedStudy(Settings):
@@ -85,7 +87,7 @@ class NamedStudy(Settings):
         Field(description="the study's repeatability, where each trial was mounted again"),
     ] = None
     reproducibility: Annotated[
-        Scatter | None, Field(description="between operators, with their interaction")
+        Scatter | None, Field(description="scatter between operators, with their interaction")
     ] = None
 
 
@@ -96,7 +98,7 @@ class RigDescription(Settings):
     """
 
     mandrel: PlainText = ""
-    """Which mandrel is mounted; a no-load run must have had the same."""
+    """The mounted mandrel; a no-load run must have the same one."""
     eccentric: Annotated[Length | None, Field(gt=0)] = None
     """The crank's radius e."""
     centre_distance: Annotated[Length | None, Field(gt=0)] = None
@@ -116,14 +118,15 @@ class RigDescription(Settings):
     ] = None
     natural_frequency: Annotated[
         Frequency | None,
-        Field(gt=0, description="of the torsional resonance when the rig was in order"),
+        Field(gt=0, description="frequency of the torsional resonance when the rig was healthy"),
     ] = None
     index_phase: Annotated[
         Angle,
         Field(description="crank phase at which the index pulse rises; 0 is the forward middle"),
     ] = 0.0
     phase_tolerance: Annotated[
-        Angle, Field(ge=0, description="of the crank phase, where an index or tacho gives it")
+        Angle,
+        Field(ge=0, description="limit of error of the crank phase, if an index or tacho gives it"),
     ] = math.pi / 180
 
     angle_tolerance: Annotated[
@@ -135,47 +138,47 @@ class RigDescription(Settings):
     ] = 0.005
     gauge_study: Annotated[
         NamedStudy | None,
-        Field(description="whose scatter between mountings and operators enters every result"),
+        Field(description="gauge study; the scatter of mountings and operators is in every budget"),
     ] = None
     inertia_mismatch: Annotated[
         Ratio | None,
-        Field(ge=0, description="limit of what the inertia may differ by between the two runs"),
+        Field(ge=0, description="limit of the difference of the inertia between the two runs"),
     ] = None
     support_load_dependence: Annotated[
         Ratio | None,
-        Field(ge=0, description="limit of what the load may change the support's friction by"),
+        Field(ge=0, description="limit of the change of the support's friction with the load"),
     ] = None
     support_load_growth: Annotated[
         Ratio | None,
         Field(
             gt=-1,
-            description="what the load raises the support's friction by, as it was measured; "
+            description="measured increase of the support's friction with the load; "
             "support_load_dependence is then the limit of its error",
         ),
     ] = None
     support_under_load: Annotated[
         SupportUnderLoad | None,
-        Field(description="friction that the load adds to the support, as it was measured"),
+        Field(description="measured friction that the load adds to the support"),
     ] = None
     support_drift: Annotated[
         Ratio | None,
         Field(
             ge=0,
-            description="limit of what the support's dry friction may change by between the "
-            "no-load run and the loaded one, as with its temperature",
+            description="limit of the change of the support's dry friction between the no-load "
+            "run and the loaded one, such as with temperature",
         ),
     ] = None
     support_load: Annotated[
         Force | None,
         Field(
             gt=0,
-            description="for which support_load_growth and support_load_dependence are stated; "
-            "at another load they are in proportion",
+            description="load for which support_load_growth and support_load_dependence are "
+            "stated; at other loads they are scaled in proportion",
         ),
     ] = None
     support_load_source: Annotated[
         PlainText,
-        Field(max_length=80, description="by what both are known: a measurement or data sheet"),
+        Field(max_length=80, description="source of both: a measurement or data sheet"),
     ] = ""
 
     @model_validator(mode="after")

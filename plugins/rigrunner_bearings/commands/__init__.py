@@ -1,9 +1,9 @@
-"""The commands for laboratories that test bearings, with their line of help."""
+"""The commands for laboratories that test bearings, with their help lines."""
 
 COMMANDS = {
-    "Run": {"demo": "Run both procedures on the simulated rig and write the report."},
+    "Run": {"demo": "Run two procedures on the simulated rig and write the report."},
     "Results": {
-        "support-friction": "State what the load adds to the friction of a rig's support.",
+        "support-friction": "Compute the friction that the load adds to a rig's support.",
     },
     "Develop": {"study": "Validate uncertainty coverage and fault detection by simulation."},
 }

@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     help="Where the run folders go.",
 )
 def command(folder: Path) -> ExitCode:
-    """Run both procedures on the simulated rig and write the report.
+    """Run two procedures on the simulated rig and write the report.
 
     Time is simulated: minutes at the rig take seconds.
     """

@@ -20,10 +20,10 @@ if TYPE_CHECKING:
 @lab_option
 @json_option
 def command(run: str, runs: Path, station: str | None, *, as_json: bool) -> None:
-    """State what the load adds to the friction of a rig's support.
+    """Compute the friction that the load adds to a rig's support.
 
-    RUN is one of the procedure support_friction, made with a bearing of known friction. Prints the
-    lines to enter in the station; its results then use them.
+    RUN is a run of the procedure support_friction with a bearing of known friction. The lines for
+    the station are printed; later results use them.
     """
     from rigrunner.run.lab_plugins import lab_registry
     from rigrunner.signal.coverage import expanded

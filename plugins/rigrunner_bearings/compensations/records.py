@@ -72,7 +72,8 @@ def rigrunner_compensations() -> list[CompensationRecord]:
         ),
         CompensationRecord(
             name="model_inverse",
-            help="As template_inverse, by a model of the sweep: also between its frequencies",
+            help="As template_inverse, with a model of the no-load sweep: also between its "
+            "frequencies",
             settings="rigrunner_bearings.compensations.settings:InverseSettings",
             rig=RIG,
             factory=Imported("rigrunner_bearings.compensations.inverse:ModelInverse"),
@@ -82,7 +83,7 @@ def rigrunner_compensations() -> list[CompensationRecord]:
         ),
         CompensationRecord(
             name="energy",
-            help="Running torque: work of a swing over its way, loaded minus no-load",
+            help="Running torque: work of a swing divided by its travel, loaded minus no-load",
             settings="rigrunner_bearings.compensations.settings:EnergySettings",
             rig=RIG,
             factory=Imported("rigrunner_bearings.compensations.energy:Energy"),
@@ -92,8 +93,7 @@ def rigrunner_compensations() -> list[CompensationRecord]:
         ),
         CompensationRecord(
             name="breakaway_peak",
-            help="Starts from rest: mean of their breakaway torques, which are not those of a"
-            " swing",
+            help="Starts from rest: mean of their breakaway torques",
             settings="rigrunner_bearings.compensations.settings:BreakawayPeakSettings",
             rig=RIG,
             factory=Imported("rigrunner_bearings.compensations.breakaway_peak:BreakawayPeak"),

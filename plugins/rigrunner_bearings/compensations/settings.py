@@ -17,7 +17,11 @@ class WaveformSettings(Settings):
 
     frequency_match: Annotated[
         Ratio,
-        Field(gt=0, le=0.05, description="how far the measured frequencies of a pair may differ"),
+        Field(
+            gt=0,
+            le=0.05,
+            description="largest difference between the measured frequencies of a pair",
+        ),
     ] = 0.02
 
 
@@ -28,16 +32,16 @@ class SupportSettings(Settings):
         Ratio | None,
         Field(
             gt=-1,
-            description="of the support's friction, as the load is known to raise it; "
-            "0 where only support_load_dependence is given",
+            description="known increase of the support's friction with the load; 0 if only "
+            "support_load_dependence is given",
         ),
     ] = None
     support_load_dependence: Annotated[
         Ratio | None,
         Field(
             ge=0,
-            description="limit of what the load may change the support's friction by, beyond "
-            "support_load_growth; without either, between nothing and what the literature has",
+            description="limit of the change of the support's friction with the load, beyond "
+            "support_load_growth; without either, the range in the literature is assumed",
         ),
     ] = None
 
@@ -48,55 +52,64 @@ class SupportSettings(Settings):
 
 
 class InverseSettings(SupportSettings):
-    """Of the compensation `model_inverse`, and of every other that undoes the drive line.
+    """Settings of `model_inverse`, and of all compensations that undo the drive line.
 
-    Mismatch, dependence and tolerance are limits, as half-widths of rectangular distributions:
-    replace them by what is known of your rig.
+    Mismatch, dependence and tolerance are limits (half-widths of rectangular distributions):
+    replace them with those of your rig.
     """
 
     window: Annotated[
-        Angle, Field(gt=0, description="how far after a reversal the starting torque is looked for")
+        Angle,
+        Field(gt=0, description="travel after a reversal in which the starting torque is searched"),
     ] = DEGREE
     inertia_mismatch: Annotated[
-        Ratio, Field(ge=0, description="of the inertia, between the two runs")
+        Ratio,
+        Field(ge=0, description="limit of the difference of the inertia between the two runs"),
     ] = 0.001
     low_pass_tolerance: Annotated[
-        Ratio, Field(ge=0, description="of the low-pass filter's corner frequency")
+        Ratio, Field(ge=0, description="limit of error of the low-pass filter's corner frequency")
     ] = 0.02
     mains_frequency: Annotated[
-        Frequency, Field(gt=0, description="of the mains, whose hum is taken out")
+        Frequency, Field(gt=0, description="frequency of the mains, whose hum is removed")
     ] = 50.0
 
 
 class TemplateInverseSettings(InverseSettings, WaveformSettings):
-    """Of the compensation `template_inverse`."""
+    """Settings of the compensation `template_inverse`."""
 
 
 class EnergySettings(SupportSettings, WaveformSettings):
-    """Of the compensation `energy`."""
+    """Settings of the compensation `energy`."""
 
 
 class PaperPeakSettings(Settings):
-    """Of the compensation `paper_peak`."""
+    """Settings of the compensation `paper_peak`."""
 
     coefficients: Annotated[
         Literal["published", "refit"],
-        Field(description="of Eq. (1): the authors' rig, or fitted to this rig's no-load run"),
+        Field(
+            description="coefficients of Eq. (1): those of the authors' rig, or fitted to this "
+            "rig's no-load run"
+        ),
     ] = "refit"
 
 
 class PeakSameFrequencySettings(Settings):
-    """Of the compensation `peak_same_frequency`."""
+    """Settings of the compensation `peak_same_frequency`."""
 
     frequency_match: Annotated[
-        Ratio, Field(gt=0, le=0.05, description="how far the frequencies of a pair may differ")
+        Ratio,
+        Field(gt=0, le=0.05, description="largest difference between the frequencies of a pair"),
     ] = 0.01
 
 
 class BreakawayPeakSettings(Settings):
-    """Of the compensation `breakaway_peak`."""
+    """Settings of the compensation `breakaway_peak`."""
 
     fixture_friction: Annotated[
         Torque,
-        Field(ge=0, description="the most that the bench's own supports add; half is taken off"),
+        Field(
+            ge=0,
+            description="largest torque that the bench's supports add; half of it is subtracted",
+        ),
     ] = 0.0

@@ -1,1 +1,1 @@
-"""Testers of bearings, simulated."""
+"""Simulated bearing testers."""

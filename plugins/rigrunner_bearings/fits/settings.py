@@ -11,9 +11,9 @@ from rigrunner_plugins.fits.settings import WeightedSettings
 
 
 class InertiaPhysicalSettings(WeightedSettings):
-    """Of the fit `inertia_physical`: the drive's geometry, as the station has it."""
+    """Settings of the fit `inertia_physical`: the drive's geometry, as in the station."""
 
     eccentric: Annotated[Length, Field(gt=0)] = 0.002
-    """How far the crank pin is from the crank's axis."""
+    """Distance of the crank pin from the crank's axis."""
     centre_distance: Annotated[Length, Field(gt=0)] = 0.045
-    """Between the axes of crank and swing."""
+    """Distance between the axes of crank and swing."""

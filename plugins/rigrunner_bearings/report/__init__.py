@@ -1,1 +1,1 @@
-"""What the report shows of torque: its sections, figures and templates."""
+"""The torque in the report: its sections, figures and templates."""

@@ -1,1 +1,1 @@
-"""Swings, their cycles and starts from rest in samples, and the mean of their torques."""
+"""Finds swings, their cycles and starts from rest in samples, and averages their torques."""

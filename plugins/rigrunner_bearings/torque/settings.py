@@ -1,4 +1,4 @@
-"""What procedures ask of the analyses of torque."""
+"""Settings of the analyses of torque in procedures."""
 
 from __future__ import annotations
 
@@ -39,19 +39,19 @@ class CompensationRef(PluginRef):
 
 
 class Hampel(Settings):
-    """Samples that stand out of the window around them are replaced by its median."""
+    """Outliers in a moving window are replaced by its median."""
 
     window: Annotated[int, Field(ge=3, le=1001)] = 11
-    """How many samples, the one in question in their middle."""
+    """Length of the window in samples, centred on the tested one."""
     threshold: Annotated[float, Field(ge=1.0, le=1000.0)] = 6.0
-    """How many robust sigmas from the median of the window a sample may be."""
+    """Largest distance from the median, in robust standard deviations."""
 
 
 class Despike(Settings):
-    """How spikes of single samples are removed."""
+    """Removal of spikes in single samples."""
 
     hampel: Hampel
-    """Hampel's filter: a running median, and the spread around it."""
+    """Hampel filter: moving median, and the spread around it."""
 
     @property
     def window(self) -> int:
@@ -65,23 +65,23 @@ class Despike(Settings):
 
 
 class NoLoadSpec(PartnerRun):
-    """Which run the rig's own part comes from, and what it must have in common with this one."""
+    """Selects the run with the rig's no-load torque, and what both runs must have in common."""
 
     from_: Annotated[str, Field(alias="from", min_length=1)] = LATEST
     """'latest', or a run by its folder or name, or 'this run': its set-points without load."""
     procedure: Identifier | None = None
-    """The id of the procedure that it must be a run of; needless with 'this run'."""
+    """The id of its procedure; not needed with 'this run'."""
     max_age: Annotated[Duration, Field(gt=0)] = 8 * _HOUR_S
-    """How long ago it may have started: a support warms up, and its friction changes."""
+    """Longest time since its start: a support warms up, and its friction changes."""
     same: ListOf[Text] = (STATION, "mandrel")
     """What both runs must have in common: 'station', and keys of the rig."""
 
     after: bool = False
-    """Whether a second no-load run follows: the run is kept open until `resume` takes it in."""
+    """Whether a second no-load run follows; the run is kept open until `resume` uses it."""
 
     drift: Annotated[str, Field(min_length=1)] = BY_TIME
-    """With `after`, or with 'this run' and no-load set-points before and after the loaded ones:
-    over what the rig's torque is taken to change in between, 'time' or a channel such as
+    """With `after`, or with 'this run' and no-load set-points before and after the loaded ones: the
+    quantity over which the rig's torque changes linearly in between, 'time' or a channel such as
     'tester.temperature'."""
 
     @model_validator(mode="after")
@@ -110,34 +110,34 @@ class NoLoadSpec(PartnerRun):
 
 
 class StartsSpec(Settings):
-    """Every recording is a start from rest, and its first travel is looked at."""
+    """Every recording is a start from rest, whose first travel is evaluated."""
 
     window: Annotated[Angle, Field(gt=0)] = 5 * _DEGREE
-    """The first travel, in which the greatest torque is looked for."""
+    """Travel from the start in which the greatest torque is searched."""
     smoothing: Annotated[Duration, Field(gt=0, le=0.1)] = 0.005
-    """Of the running mean whose greatest value counts: noise would make a single sample high."""
+    """Length of the moving average whose greatest value counts; it suppresses noise."""
 
 
 class MonteCarloSpec(Settings):
-    """The primary method's uncertainty is checked by random trials (JCGM 101:2008)."""
+    """Checks the primary method's uncertainty by random trials (JCGM 101:2008)."""
 
     trials: Annotated[int, Field(ge=1_000_000, le=100_000_000)] = 1_000_000
-    """How many trials of the measurement equation at least, for each set-point and the mean."""
+    """Minimum number of trials of the measurement equation, for each set-point and the mean."""
     most_trials: Annotated[int, Field(ge=1_000_000, le=100_000_000)] = 10_000_000
-    """Where it stops though the results have not settled, or at `trials` if that is more."""
+    """Maximum number of trials if the results have not stabilised; at least `trials`."""
     draws: Annotated[int, Field(ge=500, le=100_000)] = 500
-    """How many draws of the recorded data, each analysed again."""
+    """Number of draws of the recorded data, each analysed again."""
     digits: Annotated[int, Field(ge=1, le=2)] = 1
-    """How many digits of the standard uncertainty matter: they set how closely both must agree."""
+    """Significant digits of u: both must agree to half the last one."""
     seed: Annotated[int, Field(ge=0)] = 1
-    """Names the random numbers: the same seed gives the same result."""
+    """Seed of the random numbers: the same seed gives the same result."""
 
 
 class ValidateSpec(Settings):
-    """A check of the result by another way: `monte_carlo`, with settings or without."""
+    """Validation of the result by another method: `monte_carlo`, with or without settings."""
 
     monte_carlo: MonteCarloSpec
-    """By random trials of the measurement equation, and by draws of the recorded data."""
+    """Random trials of the measurement equation, and draws of the recorded data."""
 
     @model_validator(mode="before")
     @classmethod
@@ -159,34 +159,36 @@ class ValidateSpec(Settings):
 
 
 class TorqueSettings(Settings):
-    """What is asked of an analysis of torque: its plugins, and which of them counts."""
+    """Settings of an analysis of torque: its plugins, and the primary compensation."""
 
     name: Name = "torque"
-    """By which limits and documents name the compensated torque."""
-    where: Labels = Field(default_factory=dict)
-    """Which recordings and rows it is of, by counters and labels; all, unless told."""
+    """Name of the compensated torque in limits and documents."""
+    where: Labels = Field(
+        default_factory=dict,
+        description="Only recordings and rows with these counters and labels; if omitted, all.",
+    )
     no_load: NoLoadSpec | None = None
-    """Where the rig's own part of the torque comes from."""
+    """The run with the rig's no-load torque."""
     despike: Despike | None = None
-    """How spikes of single samples are removed; left out, they stay."""
+    """Removal of spikes in single samples; if omitted, they stay."""
     outliers: OutlierRuleRef | None = None
-    """The rule for gross errors; left out, no value is rejected."""
+    """The rule for gross errors; if omitted, no value is rejected."""
     fits: ListOf[FitRef] = ()
-    """Of the no-load peaks over frequency; the first serves compensations that need one."""
+    """Fits of the no-load peaks over frequency; compensations that need one use the first."""
     compensations: ListOf[CompensationRef] = ()
-    """Done side by side, on the same raw data."""
+    """Compensations, side by side on the same raw data."""
     primary_: Annotated[
         Name | None,
         Field(alias="primary", json_schema_extra={"x-plugin": "compensation", "x-labelled": True}),
     ] = None
-    """The compensation that the headline and the verdict use; needless where there is but one."""
+    """The compensation for headline and verdict; not needed if there is only one."""
 
     validate_: Annotated[ValidateSpec | None, Field(alias="validate")] = None
     """Whether the primary method's uncertainty is checked by Monte Carlo; it takes minutes."""
 
     @property
     def starts(self) -> StartsSpec | None:
-        """How starts from rest are looked at; None where the recordings are of swings."""
+        """How starts from rest are evaluated; None if the recordings are of swings."""
         return None
 
     @property
@@ -233,5 +235,5 @@ class Breakaway(TorqueSettings, StartsSpec):
 
     @property
     def starts(self) -> StartsSpec:
-        """How its starts are looked at."""
+        """How its starts are evaluated."""
         return self

@@ -40,7 +40,7 @@ def rigrunner_analyses() -> list[AnalysisRecord]:
         ),
         AnalysisRecord(
             name="equation",
-            help="A measurement model: results by an equation of what was measured",
+            help="A measurement model: results from an equation with measured values",
             settings="rigrunner_plugins.analyses.equation.settings:EquationSettings",
             factory=Imported("rigrunner_plugins.analyses.equation.evaluation:EquationAnalysis"),
             yields=_yields,

@@ -120,7 +120,7 @@ class ComparedRun(PartnerRun):
     """The name used by `--partner` and in documents."""
     per: Per | None = None
     """One value for each of these coordinates, which must be in the analysis' own `per`; `[]` for
-    one value over all, which is the default if that run has but one value of each."""
+    one value over all, which is the default if that run has only one value of each."""
     where: Place = Field(default_factory=dict)
     """Use only what was measured in that run under this condition."""
 

@@ -1,1 +1,1 @@
-"""Instruments by their protocols, simulated rigs, recordings again, and devices made of others."""
+"""Instruments by protocol, replayed recordings, and devices that combine or wrap others."""

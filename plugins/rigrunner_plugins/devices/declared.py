@@ -84,7 +84,7 @@ class DeclaredReading(Settings):
     kind: ReadingKind
     """text, boolean or array."""
     unit: UnitSymbol | None = None
-    """Of an array: the unit of its numbers."""
+    """For an array: the unit of its numbers."""
     title: str = ""
     """Name in plots and reports."""
 

@@ -36,7 +36,7 @@ def rigrunner_devices() -> list[DeviceRecord]:
         ),
         DeviceRecord(
             name="composite",
-            help="One role made of several instruments, each with its own plugin",
+            help="One role from several instruments, each with its own plugin",
             settings="rigrunner_plugins.devices.composite.settings:CompositeSettings",
             trial=trials.PARTS,
             factory=Imported("rigrunner_plugins.devices.composite.device:make"),

@@ -48,20 +48,22 @@ class WeightedSettings(Settings):
 
 
 class PolynomialSettings(WeightedSettings):
-    """Of the fit `polynomial`."""
+    """Settings of the fit `polynomial`."""
 
     degree: Annotated[int, Field(ge=1, le=10)] = 2
     """Highest power of x."""
 
 
 class BasisSettings(WeightedSettings):
-    """Of the fit `basis`."""
+    """Settings of the fit `basis`."""
 
-    powers: Annotated[PowerSet, Field(description="of x; 0 is the intercept, such as [0, 2]")]
+    powers: Annotated[
+        PowerSet, Field(description="powers of x, such as [0, 2]; 0 is the intercept")
+    ]
 
 
 class AiccSettings(WeightedSettings):
-    """Of the fit `aicc`."""
+    """Settings of the fit `aicc`."""
 
     candidates: Annotated[
         ListOf[PowerSet],
@@ -111,19 +113,22 @@ StartValue = Annotated[
 
 
 class ExpressionSettings(WeightedSettings):
-    """Of the fit `expression`."""
+    """Settings of the fit `expression`."""
 
     over: Annotated[
         ListOf[PlainText],
-        Field(min_length=1, description="what the model calls its variables: those that are given"),
+        Field(min_length=1, description="names of the variables in the model"),
         AfterValidator(_different),
     ] = ("f",)
     start: Annotated[
         Mapping[str, StartValue],
-        Field(min_length=1, description="the parameters, each with a value to begin with"),
+        Field(min_length=1, description="the parameters, each with its start value"),
     ]
     model: Annotated[
-        str, Field(min_length=1, description="a formula such as T0 + b*f + J*f**2; see the page")
+        str,
+        Field(
+            min_length=1, description="a formula such as T0 + b*f + J*f**2; see the page on fits"
+        ),
     ]
 
     @field_validator("model")

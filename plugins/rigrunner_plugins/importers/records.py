@@ -19,7 +19,7 @@ def rigrunner_importers() -> list[ImporterRecord]:
     return [
         ImporterRecord(
             name="csv",
-            help="Text in columns, one recording a file",
+            help="Text in columns, one recording per file",
             settings="rigrunner_plugins.importers.settings:TableSettings",
             factory=Imported("rigrunner_plugins.importers.csv_file:CsvImporter"),
             examples=(TABLE,),

@@ -35,7 +35,7 @@ class TableSettings(Settings):
 
 
 class LvmSettings(Settings):
-    """How LVM files are written, beyond what they say themselves."""
+    """How LVM files are written, where they do not state it."""
 
     decimal: Annotated[
         Literal[".", ","],

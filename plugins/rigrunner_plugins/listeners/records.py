@@ -41,7 +41,7 @@ def rigrunner_event_sinks() -> list[EventSinkRecord]:
         ),
         EventSinkRecord(
             name="apprise",
-            help="Notifies desktops, phones and chats by the package apprise",
+            help="Notifies desktops, phones and chats through the package apprise",
             settings=f"{_SETTINGS}:AppriseSettings",
             factory=Imported("rigrunner_plugins.listeners.chat:apprise"),
         ),

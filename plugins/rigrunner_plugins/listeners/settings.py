@@ -23,15 +23,15 @@ Address = Annotated[str, Field(pattern=r"^[^@\s<>,;]+@[^@\s<>,;]+$", max_length=
 
 
 class Secret(Settings):
-    """Where a secret is read when a run begins: a variable of the environment, or a file.
+    """Where a secret is read when a run begins: an environment variable or a file.
 
-    A station file goes into each run; what is secret never stands in it.
+    Each run stores the station file, so it must not contain secrets.
     """
 
     env: Annotated[str, Field(pattern=r"^[A-Za-z_][A-Za-z0-9_]*$")] | None = None
     """The name of the variable."""
     file: Annotated[str, Field(min_length=1)] | None = None
-    """The path of the file, from the root or from `~`."""
+    """The path of the file, absolute or from `~`."""
 
     @model_validator(mode="after")
     def _one(self) -> Self:
@@ -78,7 +78,7 @@ class RuleSettings(Settings):
 
 
 class WebhookSettings(RuleSettings):
-    """Of `webhook`."""
+    """Settings of the listener `webhook`."""
 
     url: Annotated[str, Field(pattern=r"^https?://[^\s@/]+(/\S*)?$")]
     """The address that JSON is posted to; redirects are not followed."""
@@ -87,7 +87,7 @@ class WebhookSettings(RuleSettings):
 
 
 class MailSettings(RuleSettings):
-    """Of `mail`."""
+    """Settings of the listener `mail`."""
 
     host: Annotated[str, Field(min_length=1)]
     """The mail server."""
@@ -96,7 +96,7 @@ class MailSettings(RuleSettings):
     security: Literal["starttls", "tls", "none"] = "starttls"
     """`none` sends everything unencrypted, including the password."""
     user: PlainText = ""
-    """User name; none if it needs none."""
+    """User name; if omitted, there is no login."""
     password: Secret | None = None
     """Password of the user."""
     sender: Address
@@ -106,26 +106,26 @@ class MailSettings(RuleSettings):
 
 
 class MqttSettings(RuleSettings):
-    """Of `mqtt`."""
+    """Settings of the listener `mqtt`."""
 
     host: Annotated[str, Field(min_length=1)]
     """The broker."""
     port: Port = 1883
-    """8883 is usual with TLS."""
+    """Its port; 8883 is usual with TLS."""
     tls: YesNo = False
     """Whether the connection is encrypted, and the broker's certificate checked."""
     user: PlainText = ""
-    """User name; none if it needs none."""
+    """User name; if omitted, there is no login."""
     password: Secret | None = None
     """Password of the user."""
     topic: Annotated[str, Field(pattern=r"^[^\s#+\x00]+$", max_length=200)] = (
         "rigrunner/{station}/{kind}"
     )
-    """`{station}` and `{kind}` are filled in."""
+    """Topic; `{station}` and `{kind}` are replaced."""
 
 
 class AppriseSettings(RuleSettings):
-    """Of `apprise`."""
+    """Settings of the listener `apprise`."""
 
     urls: Secret
-    """The addresses of its services, one a line: they hold passwords and tokens."""
+    """The addresses of its services, one per line: they contain passwords and tokens."""

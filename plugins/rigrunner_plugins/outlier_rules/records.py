@@ -45,20 +45,20 @@ def rigrunner_outlier_rules() -> list[OutlierRuleRecord]:
         ),
         OutlierRuleRecord(
             name="generalized_esd",
-            help="Rosner's test for several gross errors, also if they mask each other",
+            help="Rosner's test for several gross errors, even if they mask each other",
             settings="rigrunner_plugins.outlier_rules.settings:GeneralizedEsdSettings",
             factory=Imported("rigrunner_plugins.outlier_rules.rules:GeneralizedEsd"),
             examples=(ROSNER,),
         ),
         OutlierRuleRecord(
             name="pauta",
-            help="The 3-sigma rule, repeated; can reject nothing of 10 cycles or fewer",
+            help="The 3-sigma rule, repeated; cannot reject any of 10 cycles or fewer",
             factory=Imported("rigrunner_plugins.outlier_rules.rules:pauta", called=False),
             requires=of_pauta,
         ),
         OutlierRuleRecord(
             name="chauvenet",
-            help="Chauvenet's criterion, once; often rejects a good cycle, too",
+            help="Chauvenet's criterion, once; often rejects good cycles",
             factory=Imported("rigrunner_plugins.outlier_rules.rules:chauvenet", called=False),
             examples=(PENDULUM,),
         ),

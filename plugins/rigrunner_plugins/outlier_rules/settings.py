@@ -15,26 +15,30 @@ Risk = Annotated[
 
 
 class GrubbsSettings(Settings):
-    """Of the rule `grubbs`."""
+    """Settings of the rule `grubbs`."""
 
     alpha: Risk = 0.05
     side: Annotated[
-        Literal["both", "high", "low"], Field(description="which extreme is suspected")
+        Literal["both", "high", "low"], Field(description="which extreme is tested")
     ] = "both"
 
 
 class GeneralizedEsdSettings(Settings):
-    """Of the rule `generalized_esd`."""
+    """Settings of the rule `generalized_esd`."""
 
     alpha: Risk = 0.05
     at_most: Annotated[
-        int, Field(ge=1, description="how many gross errors to look for; never over a fifth of n")
+        int,
+        Field(
+            ge=1, description="largest number of gross errors to search for; at most a fifth of n"
+        ),
     ] = 10
 
 
 class MadSettings(Settings):
-    """Of the rule `mad`."""
+    """Settings of the rule `mad`."""
 
     threshold: Annotated[
-        float, Field(gt=0, description="in robust standard deviations from the median")
+        float,
+        Field(gt=0, description="largest distance from the median, in robust standard deviations"),
     ] = 3.5

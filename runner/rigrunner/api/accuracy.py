@@ -178,26 +178,26 @@ StatedNonlinearity = Annotated[
 
 
 class Accuracy(Settings):
-    """Errors of an instrument, each with its limit; an error that is left out is zero."""
+    """Errors of an instrument, each with its limit; an omitted error is zero."""
 
     overall: StatedLimit | None = None
     """One limit for all errors; an accuracy given as text is this."""
     gain: StatedGain | None = None
     """Error of the sensitivity: relative to the reading, the same for all readings."""
     offset: StatedLimit | None = None
-    """The same for all readings, removed by a zero reading."""
+    """Error of the zero: the same for all readings, removed by a zero reading."""
     drift: StatedLimit | None = None
     """Drift since the calibration, or since the zero reading."""
     nonlinearity: StatedNonlinearity | None = None
     """Deviation from a straight line; a bare percentage is of full scale."""
     repeatability: StatedLimit | None = None
-    """Between readings of the same value: half of their range, b' of DIN 51309."""
+    """Scatter of readings of the same value: half of their range, b' of DIN 51309."""
     hysteresis: StatedLimit | None = None
-    """Between rising and falling values: half of the difference, h of DIN 51309."""
+    """Difference between rising and falling values: half of it, h of DIN 51309."""
     resolution: StatedLimit | None = None
     """Smallest step of the reading, r; the error is up to half of it."""
     creep: StatedLimit | None = None
-    """Under a constant load."""
+    """Change under a constant load."""
     temperature: TemperatureLimit | None = None
     """Effect of the ambient temperature, on zero and sensitivity together."""
     temperature_zero: TemperatureLimit | None = None

@@ -18,7 +18,7 @@ class CalibratedRange(Settings):
     """Range for which the calibration is valid, in the unit of the measured quantity."""
 
     min: AnyQuantity | None = None
-    """Left out: minus `max` for a torque transducer, which is symmetrical; no lower bound for
+    """If omitted, minus `max` for a torque transducer, which is symmetrical, and no bound for
     others."""
     max: AnyQuantity
     """The highest value."""

@@ -152,7 +152,7 @@ class Measurement:
     cycles: int | None = None
     """Cycles of the device until the start of the step, as for a recording."""
     readings: Mapping[str, Reading] = field(default_factory=dict)
-    """By channel, 'role.name': readings that are not numbers: a text, a yes or no, an array."""
+    """By channel, 'role.name': readings that are not numbers: texts, booleans, arrays."""
     expected: tuple[ReadingLimit, ...] = ()
     """Expected readings, from the procedure."""
     written_in: Mapping[str, str] = field(default_factory=dict)

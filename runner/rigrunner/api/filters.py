@@ -83,7 +83,7 @@ class MeasuredResponse(Settings):
     type: Literal["measured"]
     """Specified by a table."""
     response: Annotated[ListOf[ResponsePoint], Field(min_length=2)]
-    """At ascending frequencies, close enough that the phase changes by less than half a turn."""
+    """Points at ascending frequencies, between which the phase changes by less than half a turn."""
     source: Annotated[PlainText, Field(min_length=1, max_length=80)]
     """Who measured it and when."""
 

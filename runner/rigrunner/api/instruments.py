@@ -107,17 +107,17 @@ class Instrument(Settings):
         Literal["simulated", "recorded", "trial"] | None, BeforeValidator(_no_mapping)
     ] = None
     """Why there is no calibration: the device is `simulated`, its values were `recorded` before and
-    are read from a file, or the set-up is a `trial`, whose results cannot be certified. Left
-    out: the instrument is calibrated."""
+    are read from a file, or the set-up is a `trial`, whose results cannot be certified. If
+    omitted, the instrument is calibrated."""
     full_scale_: Annotated[AnyQuantity | None, Field(alias="full_scale")] = None
-    """Nominal value; left out, the end of the range."""
+    """Nominal value; if omitted, the end of the range."""
     range_: Annotated[CalibratedRange | None, Field(alias="range")] = None
     """Range for which the calibration is valid."""
     points: ListOf[CalibrationPoint] = ()
     """Table of the calibration certificate."""
     interpolation: Literal["linear", "cubic"] | None = None
     """Corrects readings by the calibration `points`: by straight lines between them, or by a cubic
-    through zero fitted to them. Left out: no correction."""
+    through zero fitted to them. If omitted, readings are not corrected."""
     conditions: CalibrationConditions | None = None
     """Ambient conditions for which the calibration is valid."""
     accuracy_: Annotated[StatedAccuracy | None, Field(alias="accuracy")] = None

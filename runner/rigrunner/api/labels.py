@@ -65,7 +65,7 @@ LabelValue = Annotated[
 Labels = Annotated[
     dict[CoordinateName, LabelValue],
     Field(
-        description="By name, what tells it from other steps of this kind: recordings and rows that"
-        " are made here and within it carry it. A text, a number, true or false, or a quantity.",
+        description="Labels by name, which recordings and rows of this step and of the steps"
+        " within it carry. A label is a text, a number, true or false, or a quantity.",
     ),
 ]

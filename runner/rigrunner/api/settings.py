@@ -80,12 +80,10 @@ class WrapperSettings(MadeOfOthers):
 
     plugin: Annotated[
         str,
-        Field(
-            description="of the device that it is made of", json_schema_extra={"x-plugin": "device"}
-        ),
+        Field(description="plugin of the inner device", json_schema_extra={"x-plugin": "device"}),
     ]
-    settings: Annotated[dict[str, Any], Field(description="settings of that device's plugin")] = (
-        Field(default_factory=dict)
+    settings: Annotated[dict[str, Any], Field(description="settings of the inner device")] = Field(
+        default_factory=dict
     )
 
     def others(self) -> Mapping[tuple[str, ...], WrapperSettings]:

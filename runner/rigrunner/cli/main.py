@@ -59,7 +59,7 @@ COMMANDS = {
         "unpack": "Unpack a packed run into the folder of runs.",
     },
     "Certificates": {
-        "certify": "Issue a certificate on a stored run.",
+        "certify": "Issue a certificate for a stored run.",
         "amend": "Issue a document that replaces a certificate.",
         "verify": "Verify a certificate or a run, and recompute its numbers from the samples.",
         "sign": "Sign a certificate with the laboratory's key, or create a key.",

@@ -58,7 +58,7 @@ replay_option = click.option(
 debugger_option = click.option(
     "--debugger",
     is_flag=True,
-    help="Wait for each call of a device without limit, for debugging.",
+    help="Wait for device calls without a time limit, for debugging.",
 )
 json_option = click.option("--json", "as_json", is_flag=True, help="Print JSON.")
 raw_option = click.option(

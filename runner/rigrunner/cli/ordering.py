@@ -23,7 +23,7 @@ OPTIONS = {
     "--item": "What was tested, in words.",
     "--item-id": "The identification of the item.",
     "--item-condition": "The condition of the item when received.",
-    "--received": "The date of receipt, as 2026-01-31.",
+    "--received": "The date of receipt, such as 2026-01-31.",
     "--sampling": "Plan and method of sampling, if the laboratory did it.",
     "--operator": "Who measured.",
 }

@@ -18,7 +18,9 @@ def _user() -> str:
         return "terminal"
 
 
-by_option = click.option("--by", default=_user, metavar="NAME", help="Who decides; the user name.")
+by_option = click.option(
+    "--by", default=_user, metavar="NAME", help="Who decides; by default the user name."
+)
 
 
 def reason_option(*, required: bool) -> Callable[[Callable[..., Any]], Callable[..., Any]]:

@@ -1,4 +1,4 @@
-"""The one home that draws figures: for reports, certificates, notebooks and files."""
+"""Draws all figures: for reports, certificates, notebooks and files."""
 
 from rigrunner.plots.canvas import Plot, draw
 

@@ -22,9 +22,9 @@ class Measurand(Settings):
     """What is measured: its symbol, its name in words, its unit."""
 
     symbol: Text
-    """Such as R."""
+    """Symbol, such as R."""
     name: Text
-    """In words, such as 'contact resistance'."""
+    """Name in words, such as 'contact resistance'."""
     unit: UnitSymbol | None = None
     """Unit, of the dimension that the analysis yields; any unit without such an analysis."""
 

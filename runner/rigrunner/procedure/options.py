@@ -125,7 +125,7 @@ class ValueBand(Bounds):
 class RecordedBand(Bounds):
     """Limits of a recorded channel: of every sample, and of statistics of all samples.
 
-    Of a channel that is read beside the recording, the value.
+    For a channel that is read beside the recording, they are limits of its value.
     """
 
     min: AnyQuantity | None = None

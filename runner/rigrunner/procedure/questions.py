@@ -75,7 +75,7 @@ class Question(Settings):
 
 
 class Input(Question):
-    """What is asked at the start; `unattended` is the answer of an unattended run."""
+    """A question asked at the start; `unattended` is its answer in an unattended run."""
 
     ask: Text
     """The question to a person."""

@@ -67,7 +67,8 @@ def event_text(event: Event) -> str:  # noqa: C901, PLR0911, PLR0912  (a line fo
         case StepEnded():
             return "" if event.ok else f"{event.step}: failed"
         case RunStarted():
-            return f"run {event.run_id} started: {event.steps} steps, {event.estimated_s:.0f} s"
+            steps = f"{event.steps} step{'' if event.steps == 1 else 's'}"
+            return f"run {event.run_id} started: {steps}, {event.estimated_s:.0f} s"
         case Prompt():
             return f"{event.step}: asked: {event.text}"
         case Answer():

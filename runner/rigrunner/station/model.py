@@ -27,16 +27,16 @@ class Waiting(Settings):
     """Time limits of a device that may block, beyond the time that its drives need."""
 
     connect: PositiveDuration = 10.0
-    """Until it has identified itself."""
+    """Time until it has identified itself."""
     answer: PositiveDuration = 10.0
-    """Until any other call returns; after it the call is abandoned and the rig is made safe."""
+    """Time until any other call returns; then the call is abandoned and the rig is made safe."""
 
 
 class Safety(Settings):
     """How the rig is made and kept safe."""
 
     guardian: YesNo = True
-    """Whether a second process makes the rig safe if that of a run dies or hangs."""
+    """Whether a second process makes the rig safe if the process of a run dies or hangs."""
     order: ListOf[Annotated[str, AfterValidator(_place_in_order)]] = ()
     """Drives (role.drive) and whole devices (role) that are made safe first, one after another. All
     other devices follow at the same time."""
@@ -73,9 +73,9 @@ class ListenerBinding(Settings):
 
 
 class Durability(Settings):
-    """When recorded data are on the disk, beyond what the operating system has at once.
+    """When recorded data are on the disk, not only with the operating system.
 
-    A killed program loses nothing in either case; a machine that loses power may.
+    A killed program loses nothing in either case; a power failure may lose data.
     """
 
     sync: Literal["each_second", "each_measurement"] = "each_second"

@@ -105,8 +105,8 @@ class ReplayWire:
         before = ", ".join(f"'{earlier}'" for earlier in self._before)
         position = f"after {before}" if before else "the very first"
         if entry is None:
-            return f"the tape is over at {place}, asked was '{request}', {position}"
+            return f"the tape is over at {place}, the replay asked for '{request}', {position}"
         return (
             f"the replay differs from the tape: {place} has '{entry.request}',"
-            f" asked was '{request}', {position}"
+            f" the replay asked for '{request}', {position}"
         )

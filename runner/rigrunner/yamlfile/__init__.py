@@ -1,4 +1,4 @@
-"""Strict YAML that knows the place of everything.
+"""Strict YAML whose values know their line and column.
 
 What a person may write is a small part of YAML, chosen so that nothing is read as anything but what
 it looks like:

@@ -54,7 +54,7 @@ _TEXTS: Mapping[str, str] = {
     "outcome": f"How the run ended: {', '.join(Outcome)}.",
 }
 _RANGES: Mapping[str, str] = {
-    "torque": "The result, such as '0.5..0.8 N·m'; with --frequency or --load of a set-point.",
+    "torque": "The torque, as '0.5..0.8 N·m'; with --frequency or --load, that of a set-point.",
     "uncertainty": "Its expanded uncertainty.",
     "raw_peak": "The raw peak.",
     "frequency": "A set-point, such as '10 Hz' or '5..15 Hz'.",

@@ -15,7 +15,9 @@ if TYPE_CHECKING:
 
 @click.command(name="capability")
 @click.argument("quantity")
-@click.option("--upper", default="", metavar="QUANTITY", help="The upper limit, as '0.95 N·m'.")
+@click.option(
+    "--upper", default="", metavar="QUANTITY", help="The upper limit, such as '0.95 N·m'."
+)
 @click.option("--lower", default="", metavar="QUANTITY", help="The lower limit.")
 @click.option(
     "--confidence",

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     "--tolerance",
     default="",
     metavar="QUANTITY",
-    help="Upper minus lower limit, to compare the gauge with, as '0.5 N·m'.",
+    help="Upper minus lower limit, to compare the gauge with, such as '0.5 N·m'.",
 )
 @filter_options
 @output_options
@@ -39,7 +39,7 @@ def command(
 
     QUANTITY is torque, raw_peak or a named result. The study is crossed, of sessions such as those
     of the procedure gauge_rr: the specimen of a run is the part, its operator the operator, and
-    each of its set-points a trial; of a named result each of its values at one set-point. Every
+    each of its set-points a trial; for a named result, each of its values at one set-point. Every
     operator must have measured every part equally often; gaps are listed.
     """
     from rigrunner_fleet.archive import open_archive

@@ -49,9 +49,9 @@ def command(
 ) -> ExitCode:
     """Analyse many stored runs again, on all cores or a cluster.
 
-    PATH: files, run folders, or folders of runs at any depth. Run files do not change. Each result
-    goes into a file, and a summary lists the changes from the first analysis. A run that fails is
-    listed, and the others continue.
+    PATH is a file, a run folder, or a folder of runs at any depth. Run files do not change. Each
+    result goes into a file, and a summary lists the changes from the first analysis. A run that
+    fails is listed, and the others continue.
     """
     from rigrunner.cli.stopping import batch_stop_on_signals
     from rigrunner_fleet.reanalysis.batch import Batch

@@ -66,9 +66,9 @@ def command(
     """Make control charts of the results of many runs.
 
     QUANTITY is a named result, torque, raw_peak, or a figure of the rig: J, fn, damping, zero, or
-    another one by its name, as 'source/name' where several have this name. Each place of a named
-    result has a chart; --where names one. Without --by, results go by type and lot, a figure by
-    rig. Ends with 1 if a rule is met after the baseline.
+    another one by its name ('source/name' if several have this name). A named result has a chart
+    for each place; --where selects one. Without --by, results are grouped by type and lot, figures
+    by rig. The exit code is 1 if a rule is met after the baseline.
     """
     from rigrunner.api.errors import ExitCode
     from rigrunner_fleet.cli.monitoring import finish, question_of, read_observations, refuse_limit

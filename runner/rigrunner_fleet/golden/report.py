@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 def golden_study(overall: Overall) -> GoldenStudy:
     """Return the check for a report."""
     return GoldenStudy(
-        quantity=f"{len(overall.moved)} of {len(overall.runs)} to be looked at",
+        quantity=f"{len(overall.moved)} of {len(overall.runs)} to review",
         unit="N·m",
         asked={
             "Golden runs": str(len(overall.runs)),

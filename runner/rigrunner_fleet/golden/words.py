@@ -24,7 +24,7 @@ def conclusion(overall: Overall) -> str:
     runs = "1 golden run" if total == 1 else f"{total} golden runs"
     if not moved:
         return f"No change in {runs}"
-    return f"{moved} of {runs} {'has' if moved == 1 else 'have'} to be looked at"
+    return f"{moved} of {runs} {'needs' if moved == 1 else 'need'} review"
 
 
 def details(run: Comparison) -> Iterator[str]:

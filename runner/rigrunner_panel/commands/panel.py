@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     "stations",
     multiple=True,
     metavar="NAME",
-    help="A station to serve, as seen from the lab folder; repeat it for more. Without it: all.",
+    help="A station to serve, as seen from the lab folder; by default all.",
 )
 @click.option(
     "--letterhead",

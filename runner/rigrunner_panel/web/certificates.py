@@ -51,7 +51,7 @@ def certificates(panel: Panel, request: ApiRequest) -> Certificates:
 
 
 def issue(panel: Panel, request: ApiRequest) -> IssuedAnswer:
-    """Issue a certificate on a stored run, under the laboratory's letterhead."""
+    """Issue a certificate for a stored run, under the laboratory's letterhead."""
     body: AskCertificate = request.body
     name = request.path["run"]
     certification = Request(

@@ -148,7 +148,7 @@ class AddEntries(Pair):
     """Partner runs by name, in place of those found automatically."""
     realtime: bool = True
     again: Words = ""
-    """Why specimens are tested again that have a run."""
+    """Why specimens that have a run are tested again."""
 
 
 class ProposeEntries(AddEntries):

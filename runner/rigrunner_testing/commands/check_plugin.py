@@ -65,9 +65,8 @@ def command(
 ) -> ExitCode:
     """Run the conformance checks on a plugin.
 
-    Each failed requirement comes with a fix; checks that need what failed are left out.
-    By default the settings are those under `trial` of its record. The exit code is 1 if a check
-    fails.
+    Each failed requirement comes with a fix; checks that depend on a failed one are left out. By
+    default the settings are those under `trial` of its record. The exit code is 1 if a check fails.
     """
     if (station is None) != (role is None):
         raise UsageError("--station and --role go together", hint="--station rig.yaml --role press")

@@ -68,7 +68,7 @@ def report_inputs() -> tuple[ReportInput, ...]:
 
 @lru_cache(maxsize=1)
 def certificate_inputs() -> tuple[CertificateInput, ...]:
-    """Return a specimen of a certificate on a run of the simulated bench."""
+    """Return a specimen certificate for a run of the simulated bench."""
     letterhead = read_letterhead(TEMPLATE / "letterhead")
     order = Order(
         customer=MISCHIEF,

@@ -174,7 +174,8 @@ def test_changed_command_is_the_first_difference(taped, tmp_path):
     number = next(n for n, line in enumerate(lines, 1) if "set frequency 20.0" in line)
     assert str(finished.error).startswith(
         f"tester: the replay differs from the tape: {folder}/tape/devices/tester.jsonl:{number}"
-        " has 'set frequency 20.0', asked was 'set frequency 21.0', after 'read back load',"
+        " has 'set frequency 20.0', the replay asked for 'set frequency 21.0',"
+        " after 'read back load',"
     )
     assert str(finished.error).endswith("(the procedure is not the one of the tape)")
     assert len(read(finished.folder).recordings) == 2
@@ -220,7 +221,7 @@ def test_difference_while_making_safe_is_an_error(taped, tmp_path):
     file.write_bytes(file.read_bytes().replace(b'"make safe"', b'"hide"'))
     finished = run(ReplayedTape(tape), procedure, tmp_path / "runs")
     assert finished.outcome is Outcome.ERROR
-    assert "asked was 'make safe'" in finished.reason
+    assert "the replay asked for 'make safe'" in finished.reason
     assert not finished.unsafe
 
 
@@ -507,7 +508,7 @@ def test_changed_driver_command_is_the_first_difference(wired, tmp_path):
     finished = run(ReplayedTape(tmp_path / "tape"), procedure, tmp_path / "runs", **bench)
     assert str(finished.error) == (
         f"room: the replay differs from the tape: {tmp_path}/tape/devices/room.jsonl:2 has 'TEMP?',"
-        " asked was 'T?', after 'ID?'"
+        " the replay asked for 'T?', after 'ID?'"
     )
 
 

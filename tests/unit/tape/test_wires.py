@@ -90,7 +90,8 @@ def test_first_difference_names_location_requests_and_history(path, replay_of):
     with pytest.raises(DeviceRejectedError) as caught:
         wire.exchange("query FORC2?", not_called)
     assert str(caught.value) == (
-        f"the replay differs from the tape: {path}:2 has 'query FORC?', asked was 'query FORC2?',"
+        f"the replay differs from the tape: {path}:2 has 'query FORC?',"
+        " the replay asked for 'query FORC2?',"
         " after 'write FORC 10' (the settings of press are not those of the tape)"
     )
 
@@ -98,7 +99,7 @@ def test_first_difference_names_location_requests_and_history(path, replay_of):
 def test_first_difference_ends_all_tapes_of_a_replay(path, replay_of):
     replay = Replay()
     first, second = replay_of(path, replay), replay_of(path, replay)
-    with pytest.raises(DeviceRejectedError, match="asked was 'identify', the very first"):
+    with pytest.raises(DeviceRejectedError, match="asked for 'identify', the very first"):
         first.exchange("identify", not_called)
     with pytest.raises(DeviceRejectedError, match=r"the replay ended at .*press.jsonl:1$"):
         second.exchange("write FORC 10", not_called)
@@ -113,7 +114,7 @@ def test_request_after_the_end_of_the_tape_is_refused(path, replay_of):
     with pytest.raises(DeviceRejectedError) as caught:
         wire.exchange("close", not_called)
     assert str(caught.value) == (
-        f"the tape is over at {path}:3, asked was 'close',"
+        f"the tape is over at {path}:3, the replay asked for 'close',"
         " after 'write FORC 10', 'query FORC?', 'query FORC?'"
     )
 

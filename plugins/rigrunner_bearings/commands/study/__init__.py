@@ -1,4 +1,4 @@
-"""`rigrunner study`: what Rigrunner's own statements are worth, measured on simulated rigs."""
+"""`rigrunner study`: how reliable Rigrunner's own statements are on simulated rigs."""
 
 from __future__ import annotations
 

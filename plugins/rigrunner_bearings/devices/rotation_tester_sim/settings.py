@@ -14,16 +14,16 @@ from rigrunner_plugins.devices.fields import quantity
 
 
 class BenchSensorSettings(Settings):
-    """The measuring chain; nothing in it is fast enough to be seen in a slow rotation."""
+    """The measuring chain, without effects that a slow rotation does not show."""
 
     rate: Frequency = quantity("2 kHz", "samples per second and channel", gt=0)
     full_scale: Torque = quantity("2 N·m", "nominal torque of the transducer", gt=0)
     range: Torque = quantity("2.4 N·m", "largest torque that the converter can give", gt=0)
-    bits: Annotated[int, Field(ge=1, le=32, description="of the converter")] = 16
+    bits: Annotated[int, Field(ge=1, le=32, description="resolution of the converter in bits")] = 16
     noise: Torque = quantity("2 mN·m", "standard deviation of white noise", ge=0)
     gain: Ratio = quantity("0.3 %", "limit of the gain error", ge=0, lt=1)
     offset: Torque = quantity("2 mN·m", "limit of the zero error", ge=0)
-    drift: Torque = quantity("2 mN·m", "limit of what the zero drifts to", ge=0)
+    drift: Torque = quantity("2 mN·m", "limit of the zero drift", ge=0)
     nonlinearity: Ratio = quantity("0.05 %", "limit of the error, of full scale", ge=0, lt=1)
     encoder_resolution: Angle = quantity("0.01 deg", "step of the encoder", ge=0)
 
@@ -31,16 +31,20 @@ class BenchSensorSettings(Settings):
 class BenchBearingSettings(Settings):
     """Friction of the bearing without load, and what a load adds."""
 
-    breakaway_torque: Torque = quantity("0.3 N·m", "run in, after one second of rest", gt=0)
-    ageing: Torque = quantity("0.015 N·m", "what each tenfold longer rest adds", ge=0)
-    kinetic_torque: Torque = quantity("0.22 N·m", "once it slides", gt=0)
-    slip: Angle = quantity("0.05 deg", "in which the friction rises", gt=0)
-    weakening: Angle = quantity("0.5 deg", "in which it falls from its peak", gt=0)
-    friction_arm: Length = quantity("0.5 mm", "kinetic torque that a load adds, over it", ge=0)
+    breakaway_torque: Torque = quantity(
+        "0.3 N·m", "breakaway torque when run in, after 1 s of rest", gt=0
+    )
+    ageing: Torque = quantity("0.015 N·m", "increase for each tenfold longer rest", ge=0)
+    kinetic_torque: Torque = quantity("0.22 N·m", "torque while it slides", gt=0)
+    slip: Angle = quantity("0.05 deg", "travel in which the friction rises", gt=0)
+    weakening: Angle = quantity("0.5 deg", "travel in which it falls from its peak", gt=0)
+    friction_arm: Length = quantity(
+        "0.5 mm", "kinetic torque that a load adds, divided by the load", ge=0
+    )
     scatter: Ratio = quantity("3 %", "standard deviation between starts", ge=0, le=0.2)
-    fresh_excess: Ratio = quantity("30 %", "by which it is higher in a new bearing", ge=0)
+    fresh_excess: Ratio = quantity("30 %", "excess of the friction of a new bearing", ge=0)
     running_in_turns: Annotated[
-        float, Field(gt=0, description="turns in which 63 % of that goes")
+        float, Field(gt=0, description="turns in which 63 % of this excess disappears")
     ] = 0.5
 
     @model_validator(mode="after")
@@ -53,16 +57,16 @@ class BenchBearingSettings(Settings):
 class RotationTesterSettings(Settings):
     """A bench that turns a bearing slowly, and can start from rest while it records."""
 
-    seed: Annotated[int, Field(ge=0, description="names the bench and its random errors")] = 0
+    seed: Annotated[int, Field(ge=0, description="seed of the bench's random errors")] = 0
     simulate: Annotated[
         Literal["ready", "unplugged"], Field(description="unplugged: no answer")
     ] = "ready"
     max_frequency: Frequency = quantity("60 rpm", "fastest rotation that can be set", gt=0)
-    frequency_rate: FrequencyRate = quantity("0.5 Hz/s", "how fast the rotation changes", gt=0)
-    max_load: Force = quantity("0 N", "largest load; 0: the bench has none", ge=0)
+    frequency_rate: FrequencyRate = quantity("0.5 Hz/s", "rate of the rotation frequency", gt=0)
+    max_load: Force = quantity("0 N", "largest load; 0 if the bench has none", ge=0)
     max_start_frequency: Frequency = quantity("5 rpm", "fastest start that can be set", gt=0)
-    fixture_friction: Torque = quantity("4 mN·m", "of the bench's own supports", ge=0)
-    inertia: MomentOfInertia = quantity("0.0005 kg·m²", "behind the transducer", ge=0)
+    fixture_friction: Torque = quantity("4 mN·m", "friction of the bench's own supports", ge=0)
+    inertia: MomentOfInertia = quantity("0.0005 kg·m²", "inertia behind the transducer", ge=0)
     bearing: BenchBearingSettings = Field(default_factory=BenchBearingSettings)
     sensors: BenchSensorSettings = Field(default_factory=BenchSensorSettings)
 

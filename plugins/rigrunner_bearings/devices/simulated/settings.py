@@ -13,22 +13,22 @@ from rigrunner_plugins.devices.fields import quantity
 
 
 class SensorSettings(Settings):
-    """The measuring chain, and what is wrong with it."""
+    """The measuring chain with its errors."""
 
     rate: Frequency = quantity("10 kHz", "samples per second and channel", gt=0)
     full_scale: Torque = quantity("10 N·m", "nominal torque of the transducer", gt=0)
     range: Torque = quantity("12 N·m", "largest torque that the converter can give", gt=0)
-    bits: Annotated[int, Field(ge=1, le=32, description="of the converter")] = 16
+    bits: Annotated[int, Field(ge=1, le=32, description="resolution of the converter in bits")] = 16
     noise: Torque = quantity("0.02 N·m", "standard deviation of white noise", ge=0)
-    spike_probability: Ratio = quantity("0.002 %", "of a spike, per sample", ge=0, le=1)
+    spike_probability: Ratio = quantity("0.002 %", "probability of a spike, per sample", ge=0, le=1)
     spike: Torque = quantity("5 N·m", "largest spike of either sign", ge=0)
     low_pass: Frequency = quantity("1 kHz", "corner of the second-order Butterworth filter", gt=0)
     gain: Ratio = quantity("0.3 %", "limit of the gain error", ge=0, lt=1)
     offset: Torque = quantity("0.02 N·m", "limit of the zero error", ge=0)
-    drift: Torque = quantity("0.02 N·m", "limit of what the zero drifts to", ge=0)
-    drift_time: Duration = quantity("10 min", "in which 63 % of the drift has come", gt=0)
+    drift: Torque = quantity("0.02 N·m", "limit of the zero drift", ge=0)
+    drift_time: Duration = quantity("10 min", "time in which 63 % of the drift occurs", gt=0)
     nonlinearity: Ratio = quantity("0.05 %", "limit of the error, of full scale", ge=0, lt=1)
-    torque_delay: Duration = quantity("0 s", "by which the torque lags behind the angle", ge=0)
+    torque_delay: Duration = quantity("0 s", "delay of the torque relative to the angle", ge=0)
     encoder_resolution: Angle = quantity("0.01 deg", "step of the encoder", ge=0)
     encoder_noise: Angle = quantity("0 deg", "standard deviation, such as 0.003 deg", ge=0)
     tacho_noise: AngularVelocity = quantity("0.02 rad/s", "standard deviation", ge=0)
@@ -38,21 +38,23 @@ class SensorSettings(Settings):
 class TesterSettings(Settings):
     """What any simulated swing tester can be set to."""
 
-    seed: Annotated[int, Field(ge=0, description="names the rig and its random errors")] = 0
+    seed: Annotated[int, Field(ge=0, description="seed of the rig's random errors")] = 0
     simulate: Annotated[
         Literal["ready", "unplugged"], Field(description="unplugged: no answer")
     ] = "ready"
-    eccentric: Length = quantity("2 mm", "e of the guide bar", gt=0)
-    centre_distance: Length = quantity("45 mm", "L of the guide bar", gt=0)
+    eccentric: Length = quantity("2 mm", "radius e of the crank", gt=0)
+    centre_distance: Length = quantity(
+        "45 mm", "distance L between the axes of crank and swing", gt=0
+    )
     max_frequency: Frequency = quantity("35 Hz", "highest frequency that can be set", gt=0)
-    frequency_rate: FrequencyRate = quantity("10 Hz/s", "how fast the frequency moves", gt=0)
+    frequency_rate: FrequencyRate = quantity("10 Hz/s", "rate of the frequency", gt=0)
     max_load: Force = quantity("3 kN", "highest load that can be set", gt=0)
-    load_rate: ForceRate = quantity("500 N/s", "how fast the load moves", gt=0)
+    load_rate: ForceRate = quantity("500 N/s", "rate of the load", gt=0)
     speed_jitter: Ratio = quantity(
         "0 %", "standard deviation of each turn's speed, such as 0.05 %", ge=0, le=0.05
     )
     frequency_error: Ratio = quantity(
-        "0 %", "by which the true frequency is above the one that was set", gt=-1, lt=1
+        "0 %", "relative excess of the true frequency over the set-point", gt=-1, lt=1
     )
     sensors: SensorSettings = Field(default_factory=SensorSettings)
 

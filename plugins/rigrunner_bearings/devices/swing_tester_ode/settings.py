@@ -16,32 +16,36 @@ from rigrunner_plugins.devices.fields import quantity
 class ShaftSettings(Settings):
     """The swinging mass on its elastic shaft."""
 
-    inertia: MomentOfInertia = quantity("0.00264 kg·m²", "behind the transducer", gt=0)
-    natural_frequency: Frequency = quantity("400 Hz", "of the mass on the shaft", gt=0)
-    damping_ratio: Ratio = quantity("5 %", "of the mass on the shaft", ge=0.002, lt=1)
+    inertia: MomentOfInertia = quantity("0.00264 kg·m²", "inertia behind the transducer", gt=0)
+    natural_frequency: Frequency = quantity(
+        "400 Hz", "natural frequency of the mass on the shaft", gt=0
+    )
+    damping_ratio: Ratio = quantity("5 %", "damping ratio of the mass on the shaft", ge=0.002, lt=1)
 
 
 class SupportElementSettings(Settings):
     """Friction of spindle and supports: one Dahl element and a viscous damper."""
 
-    friction: Torque = quantity("0.805 N·m", "of the Dahl element", ge=0)
-    slip: Angle = quantity("0.17 deg", "travel in which it changes its sign", gt=0)
-    viscous: RotationalDamping = quantity("0.27 N·m·s/rad", "of the damper", ge=0)
+    friction: Torque = quantity("0.805 N·m", "friction torque of the Dahl element", ge=0)
+    slip: Angle = quantity("0.17 deg", "travel in which the friction changes sign", gt=0)
+    viscous: RotationalDamping = quantity("0.27 N·m·s/rad", "coefficient of the damper", ge=0)
 
 
 class BearingElementSettings(Settings):
     """Friction of the bearing under test: two opposed Dahl elements; torques at 1000 N."""
 
     kinetic_torque: Torque = quantity("0.64 N·m", "difference of the two elements", gt=0)
-    overshoot: Torque = quantity("0.1568 N·m", "of the opposing, slower element", ge=0)
+    overshoot: Torque = quantity("0.1568 N·m", "torque of the opposing, slower element", ge=0)
     stick_slip: Angle = quantity("0.10 deg", "slip length of the faster element", gt=0)
     overshoot_slip: Angle = quantity("0.40 deg", "slip length of the slower element", gt=0)
     weakening: Annotated[
         Literal["slip", "speed"],
-        Field(description="with what the friction falls; with speed there is one element"),
+        Field(
+            description="whether friction falls with slip or speed; with speed there is one element"
+        ),
     ] = "slip"
     stribeck_speed: AngularVelocity = quantity(
-        "0.5 rad/s", "for weakening by speed (Stribeck)", gt=0
+        "0.5 rad/s", "Stribeck speed, for weakening by speed", gt=0
     )
 
 

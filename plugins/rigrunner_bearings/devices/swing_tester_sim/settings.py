@@ -14,45 +14,48 @@ from rigrunner_plugins.devices.fields import quantity
 
 
 class DriveLineSettings(Settings):
-    """What swings, and the elastic shaft that drives it."""
+    """The swinging mass, and the elastic shaft that drives it."""
 
-    inertia: MomentOfInertia = quantity("0.002324 kg·m²", "behind the transducer", gt=0)
-    natural_frequency: Frequency = quantity("400 Hz", "of the torsional resonance", gt=0)
-    damping_ratio: Ratio = quantity("5 %", "of the torsional resonance", gt=0, lt=1)
+    inertia: MomentOfInertia = quantity("0.002324 kg·m²", "inertia behind the transducer", gt=0)
+    natural_frequency: Frequency = quantity("400 Hz", "frequency of the torsional resonance", gt=0)
+    damping_ratio: Ratio = quantity("5 %", "damping ratio of the torsional resonance", gt=0, lt=1)
     inertia_change_under_load: Ratio = quantity(
-        "0 %", "as if another mandrel were mounted for the loaded run", gt=-1
+        "0 %", "change of the inertia in the loaded run, as with another mandrel", gt=-1
     )
 
 
 class SupportSettings(Settings):
     """Friction of spindle and supports."""
 
-    friction: Torque = quantity("0.7597 N·m", "T0, at rest", ge=0)
-    damping: RotationalDamping = quantity("0.3057 N·m·s/rad", "b, its growth with speed", ge=0)
-    slip: Angle = quantity("0.17 deg", "d0, in which it changes its sign", gt=0)
-    growth_per_kilonewton: Ratio = quantity("0 %", "growth of T0 under load", ge=0)
+    friction: Torque = quantity("0.7597 N·m", "friction T0 at rest", ge=0)
+    damping: RotationalDamping = quantity(
+        "0.3057 N·m·s/rad", "increase b of the friction with speed", ge=0
+    )
+    slip: Angle = quantity("0.17 deg", "travel d0 in which the friction changes sign", gt=0)
+    growth_per_kilonewton: Ratio = quantity("0 %", "increase of T0 under load", ge=0)
 
 
 class BearingSettings(Settings):
     """Friction of the bearing under test; torques at 1000 N, proportional to the load."""
 
-    starting_torque: Torque = quantity("0.7262 N·m", "Ts, the greatest after a reversal", gt=0)
-    kinetic_torque: Torque = quantity("0.64 N·m", "Tk, once it slides", gt=0)
-    slip: Angle = quantity("0.10 deg", "db, in which the friction changes its sign", gt=0)
+    starting_torque: Torque = quantity("0.7262 N·m", "greatest torque Ts after a reversal", gt=0)
+    kinetic_torque: Torque = quantity("0.64 N·m", "torque Tk while it slides", gt=0)
+    slip: Angle = quantity("0.10 deg", "travel db in which the friction changes sign", gt=0)
     weakening: Annotated[
-        Literal["slip", "speed"], Field(description="with what the friction falls from its peak")
+        Literal["slip", "speed"],
+        Field(description="whether friction falls from its peak with slip or speed"),
     ] = "slip"
-    weakening_slip: Angle = quantity("0.40 deg", "ds, for weakening by slip", gt=0)
+    weakening_slip: Angle = quantity("0.40 deg", "travel ds, for weakening by slip", gt=0)
     stribeck_speed: AngularVelocity = quantity(
-        "0.5 rad/s", "vs, for weakening by speed (Stribeck)", gt=0
+        "0.5 rad/s", "Stribeck speed vs, for weakening by speed", gt=0
     )
     zero_load_torque: Torque = quantity("0 N·m", "starting torque without load", ge=0)
-    asymmetry: Torque = quantity("0 N·m", "that load adds in one sense, at 1000 N")
-    wear: Ratio = quantity("0 %", "growth of both torques in 10 000 cycles under load", gt=-1)
+    asymmetry: Torque = quantity("0 N·m", "torque that the load adds in one direction, at 1000 N")
+    wear: Ratio = quantity("0 %", "increase of both torques in 10 000 cycles under load", gt=-1)
     warming: Temperature = quantity(
-        "0 K", "rise of temperature in the end, at 1000 N and 10 Hz", ge=0, le=200
+        "0 K", "final rise of the temperature, at 1000 N and 10 Hz", ge=0, le=200
     )
-    warming_time: Duration = quantity("10 min", "in which 63 % of it has come", gt=0)
+    warming_time: Duration = quantity("10 min", "time in which 63 % of the rise occurs", gt=0)
 
 
 class SwingTesterSimSettings(TesterSettings):

@@ -1,1 +1,1 @@
-"""Its figures as data, each with a text that says its numbers."""
+"""The figures of torque as data, each with its numbers as text."""

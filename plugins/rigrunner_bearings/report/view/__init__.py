@@ -1,1 +1,1 @@
-"""What its templates show, as texts: every number is rounded and every word chosen here."""
+"""The content of the templates as texts: every number is rounded and every word chosen here."""

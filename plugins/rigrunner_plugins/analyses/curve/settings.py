@@ -206,7 +206,7 @@ class CurveSettings(Settings):
         Regressors,
         Field(
             description="x: a channel that is read with y, or a set-point, counter or label; of a"
-            " result, another result or a set-point of its 'per'; name several yourself: {load:"
+            " result, another result or a set-point of its 'per'; several with names: {load:"
             " press.force, speed: drive.speed}"
         ),
     ]

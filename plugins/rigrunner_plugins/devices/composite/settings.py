@@ -28,7 +28,7 @@ Place = Annotated[str, AfterValidator(_place), Field(json_schema_extra={"pattern
 
 
 class PartSettings(WrapperSettings):
-    """One instrument of the role: the plugin that drives it, and what that is told."""
+    """One instrument of the role: its plugin, with settings."""
 
 
 class DriveSource(Settings):
@@ -43,7 +43,7 @@ class DriveSource(Settings):
 
 
 class ClockSettings(Settings):
-    """How the clocks of parts that are recorded together are brought onto one time base."""
+    """How the clocks of parts that are recorded together are aligned."""
 
     reference: QuantityName | None = None
     """The part whose sample times a recording uses, the fastest; if omitted, that of the first

@@ -148,7 +148,7 @@ class VoltageOutput(DeclaredDrive):
 
 
 class DigitalOutput(DeclaredDrive):
-    """A drive that a line switches: its number is 0 or 1."""
+    """A drive that a line switches: its value is 0 or 1."""
 
     kind: Literal["digital"]
     """Kind of the input or output."""
@@ -160,19 +160,20 @@ Output = Annotated[VoltageOutput | DigitalOutput, Field(discriminator="kind")]
 
 
 class Expected(Settings):
-    """Which device it has to be."""
+    """The expected device."""
 
     model: str | None = None
-    """As NI MAX shows it, such as NI 9237."""
+    """Model as shown by NI MAX, such as NI 9237."""
     serial: str | None = None
-    """In hexadecimal digits, as it is printed on the device."""
+    """Serial number in hexadecimal digits, as printed on the device."""
 
 
 class DaqSettings(Settings):
     """A device of National Instruments, all of whose channels share one sample clock."""
 
     device: Annotated[str, Field(pattern=r"^[A-Za-z][A-Za-z0-9_-]*$")]
-    """Its name in NI MAX, such as Dev1; of modules in a chassis the chassis, such as cDAQ1."""
+    """Its name in NI MAX, such as Dev1; for modules in a chassis that of the chassis, such as
+    cDAQ1."""
     rate: Annotated[Frequency, Field(gt=0)]
     """Samples per second and channel."""
     channels: dict[QuantityName, Channel]
@@ -182,7 +183,7 @@ class DaqSettings(Settings):
     expect: Expected = Field(default_factory=Expected)
     """Expected device; any other is refused."""
     sample_clock: Annotated[str, Field(pattern=r"^/[^\s]+$")] | None = None
-    """The terminal whose edges counters follow; left out, the analogue inputs' own, such as
+    """Terminal of the sample clock for counters; if omitted, that of the analogue inputs, such as
     /Dev1/ai/SampleClock."""
     remove_filter_delay: YesNo = False
     """Whether the device removes the delay of its digital filter from the data, if it can."""

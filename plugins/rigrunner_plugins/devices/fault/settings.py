@@ -46,7 +46,7 @@ class Nature:
     default_si: float | None = None
     """Of the extent; None where the station has to say."""
     share: float = 0.0
-    """How much of a recording it affects, where nothing else is said."""
+    """Share of a recording that it affects, where nothing else is said."""
 
 
 _ANSWERS: tuple[Call, ...] = ("stream", "connect", "set", "read back", "read", "make safe")
@@ -73,28 +73,28 @@ NATURES: dict[Kind, Nature] = {
 
 
 class FaultSettings(Settings):
-    """One fault: of which kind, in which call, and when."""
+    """One fault: its kind, the call that it affects, and when."""
 
     kind: Annotated[Kind, Field(description="what goes wrong")]
     on: Annotated[
-        Call | None, Field(description="in which call; if omitted, the usual one of the kind")
+        Call | None, Field(description="affected call; if omitted, the usual one of the kind")
     ] = None
     channel: Annotated[str, Field(description="the channel of a stream that it affects")] = "torque"
     drive: Annotated[str, Field(description="drive of set and read back; if omitted, any")] = ""
     at: Annotated[
         dict[str, AnyQuantity],
-        Field(description="drive to set-point: only while these are set, such as 10 Hz"),
+        Field(description="set-points by drive, such as 10 Hz: it acts only while they are set"),
     ] = Field(default_factory=dict)
     calls: Annotated[
         ListOf[Annotated[int, Field(ge=1)]],
         Field(description="the numbers of the affected calls, from 1; default: all"),
     ] = ()
-    probability: Ratio = quantity("100 %", "with which it affects a call", ge=0, le=1)
+    probability: Ratio = quantity("100 %", "probability that it affects a call", ge=0, le=1)
     extent: Annotated[
-        AnyQuantity | None, Field(description="how much; its unit goes with the kind")
+        AnyQuantity | None, Field(description="size of the fault; its unit depends on the kind")
     ] = None
     share: Annotated[
-        Ratio | None, Field(ge=0, le=1, description="how much of a recording it affects")
+        Ratio | None, Field(ge=0, le=1, description="share of a recording that it affects")
     ] = None
 
     @property
@@ -111,7 +111,7 @@ class FaultSettings(Settings):
 
     @property
     def part(self) -> float:
-        """How much of a recording it affects, from 0 to 1."""
+        """Share of a recording that it affects, from 0 to 1."""
         return NATURES[self.kind].share if self.share is None else self.share
 
     @model_validator(mode="after")
@@ -135,7 +135,7 @@ class FaultSettings(Settings):
 
 
 class FaultyDeviceSettings(WrapperSettings):
-    """A device of another plugin, and the faults that it has."""
+    """A device of another plugin, and its faults."""
 
     seed: Annotated[int, Field(ge=0, description="seed of the random numbers")] = 0
     faults: Annotated[ListOf[FaultSettings], Field(description="what goes wrong, and when")] = ()

@@ -1,1 +1,1 @@
-"""Instruments that talk Modbus, over TCP or a serial line, described wholly in the station."""
+"""Instruments that speak Modbus, over TCP or a serial line, described entirely in the station."""

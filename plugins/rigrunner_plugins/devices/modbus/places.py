@@ -143,9 +143,9 @@ class Number(Place):
     bit: Annotated[int, Field(ge=0, le=15)] | None = None
     """One bit of a register instead of a number; 0 is the lowest."""
     word_order: Literal["big", "little"] = "big"
-    """Of a number of several registers: big is the high word first."""
+    """Word order of a number in several registers; big: high word first."""
     byte_order: Literal["big", "little"] = "big"
-    """Within each register: big, unless the instrument deviates from the standard."""
+    """Byte order within each register: big, unless the instrument deviates from the standard."""
 
     @model_validator(mode="after")
     def _is_one_number(self) -> Self:

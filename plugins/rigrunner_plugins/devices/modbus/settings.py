@@ -1,4 +1,4 @@
-"""What a station says of an instrument that talks Modbus."""
+"""Settings of an instrument that speaks Modbus."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ _HIGHEST_ON_A_LINE = 247
 
 
 class Tcp(Settings):
-    """Where a unit listens."""
+    """The address of a Modbus TCP unit."""
 
     host: str
     """Name or address."""
@@ -34,7 +34,7 @@ class Rtu(Settings):
     """A serial line; the defaults are those of the standard (Serial Line V1.02, clause 2.5.1)."""
 
     port: str
-    """Such as /dev/ttyUSB0 or COM3."""
+    """The serial port, such as /dev/ttyUSB0 or COM3."""
     baud: Annotated[int, Field(ge=300, le=4_000_000)] = 19200
     """Bits per second."""
     parity: Literal["even", "odd", "none"] = "even"
@@ -60,7 +60,7 @@ class Write(Place):
 
 
 class Fault(Number):
-    """Where the instrument says that it is in a fault."""
+    """The fault register of the instrument."""
 
     ok: Word = 0
     """Value without a fault."""
@@ -69,7 +69,7 @@ class Fault(Number):
 
 
 class IdentityPart(Number):
-    """Where a part of the identity stands: a number, or a text."""
+    """The register of a part of the identity: a number or a text."""
 
     text: Annotated[int, Field(ge=1, le=125)] | None = None
     """Number of registers of a text, of two characters each."""
@@ -84,7 +84,7 @@ class IdentityPart(Number):
 
 
 class Identification(Settings):
-    """How the instrument is asked who it is, and who it must be."""
+    """How the instrument is identified, and the expected identity."""
 
     standard: YesNo = False
     """Whether it supports Read Device Identification (function 43 / 14)."""
@@ -107,9 +107,9 @@ class Identification(Settings):
 
 
 class Watchdog(Place):
-    """A register that is written or read again and again while connected.
+    """A register that is written or read at regular intervals while connected.
 
-    Many inverters stop when they hear nothing for a while.
+    Many inverters stop if communication stops.
     """
 
     every: PositiveDuration
@@ -125,20 +125,20 @@ class Watchdog(Place):
 
 
 class ModbusChannel(Number, DeclaredChannel):
-    """A channel, and where its number stands."""
+    """A channel and its register."""
 
 
 class ModbusReading(Number, DeclaredReading):
-    """What is not a number, and its place: a yes or no in a bit, texts, arrays in registers."""
+    """A reading that is not a number: a boolean in a bit, a text or an array in registers."""
 
     text: Annotated[int, Field(ge=1, le=125)] | None = None
     """Number of registers of a text, of two characters each."""
     values: Annotated[int, Field(ge=1, le=0x10000)] | None = None
     """Number of consecutive numbers of an array."""
     scale: Annotated[float, Field(strict=False)] = 1.0
-    """Of an array: factor of each number."""
+    """For an array: factor of each number."""
     offset: Annotated[float, Field(strict=False)] = 0.0
-    """Of an array: summand, added after scaling."""
+    """For an array: summand, added after scaling."""
 
     @model_validator(mode="after")
     def _is_array(self) -> Self:
@@ -162,16 +162,16 @@ class ModbusReading(Number, DeclaredReading):
 
 
 class ReadBack(Number, DeclaredQuantity):
-    """Where the actual value of a drive stands."""
+    """The register of the actual value of a drive."""
 
 
 class ModbusDrive(Number, DeclaredDrive):
-    """A drive, and where its set-point stands."""
+    """A drive and the register of its set-point."""
 
     read_back: ReadBack | None = None
     """Register of the actual value; if omitted, that of the set-point is read."""
     write: Literal["single", "multiple"] | None = None
-    """Function 6 (of coils 5) or 16 (15); left out, single where it is one register."""
+    """Function 6 (coils: 5) or 16 (15); if omitted, single for one register."""
     run: ListOf[Write] = ()
     """Written after a set-point, such as the control word that enables the motor."""
     stop: ListOf[Write] = ()
@@ -227,7 +227,7 @@ Simulator = Literal["inverter", "press"]
 
 
 class ModbusSettings(SimulableSettings):
-    """An instrument that talks Modbus."""
+    """An instrument that speaks Modbus."""
 
     tcp: Tcp | None = None
     """Address, if it uses Modbus TCP."""
@@ -250,7 +250,7 @@ class ModbusSettings(SimulableSettings):
     channels: dict[QuantityName, ModbusChannel] = Field(default_factory=dict)
     """The channels, by name."""
     readings: dict[QuantityName, ModbusReading] = Field(default_factory=dict)
-    """Readings that are not numbers: a text, a yes or no, an array."""
+    """Readings that are not numbers: texts, booleans, arrays."""
     drives: dict[QuantityName, ModbusDrive] = Field(default_factory=dict)
     """The drives, in the order of making safe."""
 

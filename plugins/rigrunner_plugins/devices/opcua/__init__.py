@@ -1,1 +1,1 @@
-"""Nodes of an OPC UA server, described wholly in the station."""
+"""Nodes of an OPC UA server, described entirely in the station."""

@@ -61,11 +61,11 @@ class Security(Settings):
     private_key: str
     """File of the key that belongs to it."""
     server_certificate: str
-    """File of the certificate of the server that is trusted, and no other."""
+    """File of the server's certificate, the only one that is trusted."""
 
 
 class User(Settings):
-    """Who logs in."""
+    """The user of the login."""
 
     name: str
     """The user's name."""
@@ -77,7 +77,7 @@ class NodeValue(Settings):
     """A node, and what its value is like."""
 
     node: NodeId
-    """Its identifier."""
+    """Identifier of the node."""
     type: Type | None = None
     """Its type, which must be that of the server; if omitted, that of the server is used."""
     stale: PositiveDuration | None = None
@@ -88,24 +88,24 @@ class Write(Settings):
     """A number that is written to a node."""
 
     node: NodeId
-    """Its identifier."""
+    """Identifier of the node."""
     value: Annotated[float, Field(strict=False)]
-    """What is written; 0 or 1 where the node is a Boolean."""
+    """The number to write; 0 or 1 if the node is a Boolean."""
     wait: Annotated[Duration, Field(ge=0)] = 0.0
     """Waiting time before the next one."""
 
 
 class IdentityNodes(Settings):
-    """Who the instrument is: nodes that say so, and what they must say."""
+    """Nodes with the identity of the instrument, and the expected values."""
 
     maker: NodeId | None = None
-    """Left out, the manufacturer of the server."""
+    """Node of the maker; if omitted, the manufacturer of the server."""
     model: NodeId | None = None
-    """Left out, the product name of the server."""
+    """Node of the model; if omitted, the product name of the server."""
     serial: NodeId | None = None
-    """A server itself has none."""
+    """Node of the serial number; a server itself has none."""
     firmware: NodeId | None = None
-    """Left out, the software version of the server."""
+    """Node of the firmware version; if omitted, the software version of the server."""
     expect: dict[Literal["maker", "model", "serial", "firmware"], str] = Field(default_factory=dict)
     """Expected instrument; a run does not start with another one."""
 
@@ -158,7 +158,7 @@ class OpcUaSettings(Settings):
     endpoint: Annotated[
         str, AfterValidator(_endpoint), WithJsonSchema({"type": "string", "pattern": _ENDPOINT})
     ]
-    """Such as opc.tcp://192.168.1.30:4840."""
+    """Address of the server, such as opc.tcp://192.168.1.30:4840."""
     timeout: PositiveDuration = 2.0
     """Time limit of an answer."""
     security: Security | None = None

@@ -58,7 +58,7 @@ class PropertyDrive(DeclaredDrive):
 
 
 class PyMeasureSettings(SimulableSettings):
-    """A class of PyMeasure, where its instrument is, and what of it is used."""
+    """A PyMeasure class, the address of its instrument, and the properties to use."""
 
     instrument: ClassName
     """The class, such as pymeasure.instruments.keithley.Keithley2000."""
@@ -71,7 +71,7 @@ class PyMeasureSettings(SimulableSettings):
     connection: dict[MethodName, Plain] = Field(default_factory=dict)
     """Further settings of the connection, such as {baud_rate: 9600}."""
     expect: Regex = ""
-    """Regular expression for the whole answer to *IDN?; if omitted, it is not asked."""
+    """Regular expression for the whole answer to *IDN?; if omitted, it is not queried."""
     setup: dict[PropertyName, Plain] = Field(default_factory=dict)
     """Properties to set after connecting."""
     calls: ListOf[MethodName] = ()

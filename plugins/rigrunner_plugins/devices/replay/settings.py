@@ -20,8 +20,8 @@ class ColumnSettings(Settings):
     column: Annotated[
         ColumnNumber | str | None,
         Field(
-            description="CSV: the column's name or its number from 1; HDF5: the dataset's path;"
-            " left out: the manifest gives a constant"
+            description="CSV: the column's name or its number from 1; HDF5: the dataset's path; if "
+            "omitted, the manifest gives a constant"
         ),
     ] = None
     unit: Annotated[UnitSymbol, Field(description="unit of the numbers in the file")]

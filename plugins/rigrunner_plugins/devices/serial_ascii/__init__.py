@@ -1,1 +1,1 @@
-"""Load cells, torque transducers and balances that send lines over a serial port by themselves."""
+"""Load cells, torque transducers and balances that send lines over a serial port unasked."""

@@ -21,28 +21,28 @@ PortName = Annotated[str, *shaped(r"/dev/[^\s:]+|COM[0-9]+", "a port such as /de
 
 
 class LineChannel(DeclaredChannel, NumberInText):
-    """A channel that stands in every line."""
+    """A channel in every line."""
 
 
 class LineReading(ReadingInText):
-    """What stands in every line and is not a number."""
+    """A reading in every line that is not a number."""
 
 
 class SerialAsciiSettings(SimulableSettings):
-    """An instrument that sends one line after the other, by itself or when it is asked."""
+    """An instrument that sends lines, unasked or on request."""
 
     port: PortName
     """/dev/ttyUSB0, or COM3; on Linux better by its name under /dev/serial/by-id."""
     serial: SerialLine = Field(default_factory=SerialLine)
     """Settings of the serial line."""
     termination: Termination
-    """Terminator of a line: CRLF, LF, CR, ETX, ..."""
+    """Terminator of a line, such as CRLF, LF, CR or ETX."""
     write_termination: Termination | None = None
     """Terminator of sent lines; if omitted, the same."""
     channels: Annotated[dict[QuantityName, LineChannel], Field(min_length=1)]
     """The channels in every line."""
     readings: dict[QuantityName, LineReading] = Field(default_factory=dict)
-    """Further readings in every line that are not numbers: a text, a yes or no, an array."""
+    """Further readings in every line that are not numbers: texts, booleans, arrays."""
     example: str = ""
     """Example of a line from the manual; every channel must be readable in it."""
     ignore: Regex = ""
@@ -52,7 +52,7 @@ class SerialAsciiSettings(SimulableSettings):
     rubbish: Annotated[int, Field(ge=1)] = 5
     """Accepted number of consecutive unreadable lines; none while recording."""
     identification: Identification | None = None
-    """The expected instrument; if omitted, it is not asked."""
+    """The expected instrument; if omitted, it is not queried."""
     start: str = ""
     """Sent at the start; if omitted, nothing."""
     stop: str = ""

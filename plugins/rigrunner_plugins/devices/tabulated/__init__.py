@@ -1,1 +1,1 @@
-"""A device that gives the values of a table: a publication's, or another laboratory's."""
+"""A device that returns the values of a table, of a publication or another laboratory."""

@@ -14,18 +14,19 @@ Row = dict[Name, AnyQuantity]
 
 
 class TabulatedSettings(Settings):
-    """A table: some columns are set-points, the others what was read there."""
+    """A table: some columns are set-points, the others the values read there."""
 
-    title: Annotated[str, Field(min_length=1, description="where the values come from")]
+    title: Annotated[str, Field(min_length=1, description="source of the values")]
     set_points: Annotated[
         ListOf[str], Field(min_length=1, description="the columns that are drives")
     ]
     cycle_frequency: Annotated[
-        str, Field(description="the drive that is the frequency of a cyclic motion, if one is")
+        str,
+        Field(description="the drive that sets the frequency of a cyclic motion, if there is one"),
     ] = ""
     rows: Annotated[
         ListOf[Row],
-        Field(min_length=1, description="each a value with its unit for every column"),
+        Field(min_length=1, description="rows, each with a value and its unit for every column"),
     ]
 
     @property

@@ -1,1 +1,1 @@
-"""What instruments that talk in text have in common: line ends, numbers, serial lines."""
+"""Shared by instruments with text protocols: line ends, numbers, serial lines."""

@@ -48,7 +48,7 @@ def fits(pattern: str, text: str) -> bool:
 
 
 class Check(Settings):
-    """A query whose answer has to be good."""
+    """A query and its good answer."""
 
     query: Command
     """The query."""
@@ -57,7 +57,7 @@ class Check(Settings):
 
 
 class Identification(Settings):
-    """How the instrument says who it is."""
+    """How the instrument is identified."""
 
     query: Command = "*IDN?"
     """The query."""

@@ -28,11 +28,11 @@ class ReadingInText(DeclaredReading):
     pattern: Regex = ""
     """A regular expression whose one group is the reading."""
     yes: Regex = "1|ON|on|TRUE|true|YES|yes"
-    """Of a boolean: regular expression for the whole text of a yes."""
+    """For a boolean: regular expression for the whole text of a yes."""
     no: Regex = "0|OFF|off|FALSE|false|NO|no"
-    """Of a boolean: regular expression for the whole text of a no."""
+    """For a boolean: regular expression for the whole text of a no."""
     separator: Annotated[str, Field(min_length=1)] = ","
-    """Of an array: separator of the numbers; a blank matches any number of blanks."""
+    """For an array: separator of the numbers; a blank matches any number of blanks."""
 
     @model_validator(mode="after")
     def _has_one_group(self) -> Self:

@@ -15,7 +15,7 @@ class SerialLine(Settings):
     baud: Annotated[int, Field(ge=50, le=4_000_000)] = 9600
     """Bits per second."""
     data_bits: Literal[5, 6, 7, 8] = 8
-    """Of a character."""
+    """Bits per character."""
     parity: Literal["none", "even", "odd", "mark", "space"] = "none"
     """Parity."""
     stop_bits: Literal[1, 2] = 1

@@ -1,1 +1,1 @@
-"""Instruments that talk SCPI or other ASCII, described wholly in the station file."""
+"""Instruments that speak SCPI or another text protocol, described entirely in the station."""

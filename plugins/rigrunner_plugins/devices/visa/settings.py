@@ -61,14 +61,14 @@ def check_simulation(backend: str, *, simulated: bool) -> None:
 
 
 class VisaChannel(DeclaredChannel, NumberInText):
-    """A channel that is asked for."""
+    """A channel and its query."""
 
     query: Command
     """Query of the present value."""
 
 
 class VisaReading(ReadingInText):
-    """What is asked for that is not a number."""
+    """A reading that is not a number, and its query."""
 
     query: Command
     """Query of the reading."""
@@ -98,7 +98,7 @@ class VisaDrive(DeclaredDrive, NumberInText):
 
 
 class ErrorQueue(Settings):
-    """How the instrument tells its errors, which is asked after every command."""
+    """How the instrument reports errors; queried after every command."""
 
     query: Command = "SYST:ERR?"
     """Query of the next error."""
@@ -107,7 +107,7 @@ class ErrorQueue(Settings):
 
 
 class Stream(Settings):
-    """How the instrument records channels on one clock and hands them over in blocks."""
+    """How the instrument records channels on one clock and sends them in blocks."""
 
     rate: Annotated[Frequency, Field(gt=0)]
     """Samples per second and channel, as set in the instrument."""
@@ -122,7 +122,7 @@ class Stream(Settings):
     format: Literal["float32", "float64", "int16", "int32", "ascii"]
     """Format of the samples: a block of IEEE 488.2, or a list with commas."""
     byte_order: Literal["little", "big"] | None = None
-    """Of the samples in a block: the lowest byte first, or the highest."""
+    """Byte order of the samples in a block: the lowest byte first, or the highest."""
     samples: Annotated[int, Field(ge=1)] = 1000
     """Number of samples per query."""
     overrun: Check | None = None
@@ -145,7 +145,7 @@ class Stream(Settings):
 
 
 class VisaSettings(SimulableSettings):
-    """An instrument that is asked and told in text, over a socket, a serial line, GPIB or USB."""
+    """An instrument with text commands, over a socket, a serial line, GPIB or USB."""
 
     resource: ResourceName
     """Its VISA name, such as TCPIP::192.168.0.7::5025::SOCKET, ASRL/dev/ttyUSB0::INSTR,
@@ -163,7 +163,7 @@ class VisaSettings(SimulableSettings):
     serial: SerialLine = Field(default_factory=SerialLine)
     """Settings of a serial line (ASRL) only."""
     identification: Identification | None = None
-    """The expected instrument; if omitted, it is not asked."""
+    """The expected instrument; if omitted, it is not queried."""
     on_connect: ListOf[Command] = ()
     """Commands to send after connecting."""
     verify: ListOf[Check] = ()
@@ -171,11 +171,11 @@ class VisaSettings(SimulableSettings):
     acknowledge: Regex = ""
     """Regular expression for its answer to every command; if omitted, it gives none."""
     error_queue: ErrorQueue | None = None
-    """Query of errors; if omitted, it is not asked."""
+    """Query of errors; if omitted, errors are not queried."""
     channels: dict[QuantityName, VisaChannel] = Field(default_factory=dict)
     """The channels."""
     readings: dict[QuantityName, VisaReading] = Field(default_factory=dict)
-    """Readings that are not numbers: a text, a yes or no, an array."""
+    """Readings that are not numbers: texts, booleans, arrays."""
     drives: dict[QuantityName, VisaDrive] = Field(default_factory=dict)
     """The drives, in the order of making safe."""
     safe_commands: ListOf[Command] = ()

@@ -1,4 +1,4 @@
-"""`rigrunner certify`: issue a certificate on a stored run."""
+"""`rigrunner certify`: issue a certificate for a stored run."""
 
 from __future__ import annotations
 
@@ -33,13 +33,13 @@ from rigrunner.cli.ordering import (
 @click.option(
     "--not-for-certification",
     is_flag=True,
-    help="Make a specimen that says so on every page.",
+    help="Make a specimen certificate, marked on every page.",
 )
 @click.option(
     "--further-copy",
     default="",
     metavar="REASON",
-    help="Issue a further specimen on a run that has one, for this reason.",
+    help="Issue a further specimen certificate for a run that has one, for this reason.",
 )
 @out_option
 @runs_option
@@ -59,7 +59,7 @@ def command(
     station: str | None,
     **options: str | None,
 ) -> None:
-    """Issue a certificate on a stored run.
+    """Issue a certificate for a stored run.
 
     It is written as JSON, HTML and PDF, under the next number of the laboratory's sequence. The
     paths of the files are printed.

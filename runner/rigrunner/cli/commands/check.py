@@ -26,8 +26,8 @@ if TYPE_CHECKING:
 def command(procedure: str, station: str | None, runs: Path) -> None:
     """Check a procedure, and how it fits a station, without a rig.
 
-    Every problem is shown with its file, line and column. Partner runs are looked for if there is a
-    folder of runs.
+    Every problem is shown with its file, line and column. Partner runs are searched if the folder
+    of runs exists.
     """
     path = find_procedure(procedure)
     if station is not None:

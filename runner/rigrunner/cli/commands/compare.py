@@ -25,10 +25,10 @@ if TYPE_CHECKING:
 def command(before: str, after: str, runs: Path, *, as_json: bool) -> ExitCode:
     """List the differences between two procedures or two runs.
 
-    A and B are procedures, or stored runs. Ends with 1 if a relevant difference was
-    found, else with 0. A difference of results is relevant beyond their combined uncertainty.
-    Gain and offset of an instrument in both runs with one calibration cancel as far as they are
-    equal; other errors count as independent, also those of one figure of accuracy.
+    A and B are procedures, or stored runs. The exit code is 1 if a relevant difference was found,
+    else 0. A difference of results is relevant beyond their combined uncertainty. Gain and offset
+    errors of an instrument with one calibration in both runs cancel as far as they are equal; other
+    errors, such as an accuracy in one figure, count as independent.
     """
     from rigrunner.api.errors import ExitCode
     from rigrunner.cli.output import result, result_json

@@ -46,7 +46,7 @@ if TYPE_CHECKING:
     "--fraction",
     type=float,
     metavar="R",
-    help="The setting of that name, such as of guard_band_fraction: w = R times U.",
+    help="The setting `fraction` of the rule, such as guard_band_fraction: w = R times U.",
 )
 @click.option("--by", required=True, metavar="NAME", help="Who decides.")
 @click.option("--reason", required=True, metavar="TEXT", help="Why it is decided again.")

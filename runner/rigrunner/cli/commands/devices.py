@@ -47,7 +47,7 @@ def command(
 ) -> ExitCode:
     """Connect each device of a station, and report its identity and state.
 
-    Each is connected on its own, read once, made safe and closed. The exit code is 4 if one fails.
+    Each is connected separately, read once, made safe and closed. The exit code is 4 if one fails.
     A rig that was left energised is reported first. If a device cannot be read back, a person
     confirms its state with --safe-by and --reason.
     """
@@ -61,7 +61,7 @@ def command(
         raise UsageError("--safe-by needs a name, and --reason what that person saw or did")
     tape = tape_for(record, replay)
     if replay is not None:
-        message(f"Replaying the tape {replay}: no instrument is asked.")
+        message(f"Replaying the tape {replay}: no instrument is used.")
     reports: list[DeviceReport] = []
     prepared = ready_station(find_station(station), tape=tape)
     with stop_on_signals() as stop, prepared.hold("devices") as ready:

@@ -16,7 +16,7 @@ from rigrunner.cli.output import message, result
 def command(folder: Path, lab: str) -> None:
     """Create a lab folder with a station, procedures and a plugin.
 
-    It runs at once on simulated devices. No file is overwritten.
+    It works at once, with simulated devices. No file is overwritten.
     """
     from rigrunner.registry import load_registry
     from rigrunner.tools.labfolder import STATION, make_lab

@@ -79,7 +79,7 @@ def command(  # noqa: PLR0917  (click hands over each option)
         message(no_time_limits())
     tape = tape_for(record, replay)
     if replay is not None:
-        message(f"Replaying the tape {replay}: no instrument is asked.")
+        message(f"Replaying the tape {replay}: no instrument is used.")
     person, file = TerminalPerson(attended=not set_points and not names), find_station(station)
     if replay is None:
         settle_left(file, person, always=record is not None)

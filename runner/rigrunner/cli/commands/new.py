@@ -27,8 +27,8 @@ PLUGINS = "plugins"
 def command(kind: str, name: str, folder: Path | None, *, drop_in: bool) -> None:
     """Create a plugin that works at once.
 
-    A package that can be installed, with its tests and a README, or with --drop-in one file. KIND
-    is device, fit, outlier-rule, rule, analysis, importer, report, step or unit, or a kind that a
+    It creates an installable package with tests and a README, or with --drop-in one file. KIND is
+    device, fit, outlier-rule, rule, analysis, importer, report, step or unit, or a kind that a
     package brings. NAME is what procedures and stations call it. No file is overwritten.
     """
     from rigrunner.registry import load_registry, with_drop_ins
@@ -40,12 +40,12 @@ def command(kind: str, name: str, folder: Path | None, *, drop_in: bool) -> None
         target = folder or Path(PLUGINS)
         with_lab = with_drop_ins(registry, target) if target.is_dir() else registry
         files = make_drop_in(plugin, target, with_lab)
-        message(f"Made {target / files[0]}. A station says 'plugins: {target.name}'. To try it:")
+        message(f"Created {target / files[0]}. A station says 'plugins: {target.name}'. To try it:")
         result(f"rigrunner check-plugin {name} --drop-in {shlex.quote(str(target))}")
         return
     target = folder or Path(plugin.project)
     files = make_package(plugin, target, registry)
-    message(f"Made {target} with {', '.join(files)}. To try it:")
+    message(f"Created {target} with {', '.join(files)}. To try it:")
     result(f"cd {shlex.quote(str(target))}")
     result("pip install -e '.[test]'")
     result("pytest && mypy && ruff check")

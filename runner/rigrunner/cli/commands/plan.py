@@ -84,7 +84,7 @@ def _sections(planned: Planned, prediction: Prediction) -> Iterator[str]:
         ]
         rows = [[*row, text] for row, text in zip(rows, places, strict=True)]
     yield table(header, rows, align)
-    drives = table(["drive", "goes", "may go"], _drive_rows(planned), "lrr")
+    drives = table(["drive", "range", "allowed"], _drive_rows(planned), "lrr")
     yield f"Limits of the drives\n{drives}"
     if planned.plan.interlocks:
         interlocks = planned.plan.interlocks

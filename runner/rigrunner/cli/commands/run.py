@@ -94,7 +94,7 @@ def command(
     if planned.approval.is_draft:
         message(f"{planned.procedure.model.id} is a {planned.approval.sentence()}")
     if replay is not None:
-        message(f"Replaying the tape {replay}: no instrument is asked.")
+        message(f"Replaying the tape {replay}: no instrument is used.")
     finished = attended_run(
         planned,
         {**inputs_on(tape), **from_file, **from_options},

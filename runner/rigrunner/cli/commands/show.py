@@ -38,8 +38,8 @@ MOST_ALARMS = 20
 def command(run: str, runs: Path, *, as_json: bool) -> ExitCode:
     """Show the recordings, events and results of a stored run.
 
-    RUN is a run folder, its run.h5, or the beginning of its name in the folder of runs. Of a
-    damaged run it shows which recordings are intact and what is lost, and ends with 5.
+    RUN is a run folder, its run.h5, or the beginning of its name in the folder of runs. For a
+    damaged run it shows which recordings are intact and what is lost, with exit code 5.
     """
     from rigrunner.run.decisions import later_decisions
     from rigrunner.run.stored import open_run

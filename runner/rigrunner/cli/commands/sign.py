@@ -45,8 +45,8 @@ def command(
 ) -> None:
     """Sign a certificate with the laboratory's key, or create a key.
 
-    One signature covers JSON, HTML and PDF; it is written beside them. Before, each page is made
-    again from its content and compared, also with the record of numbers.
+    One signature covers JSON, HTML and PDF; it is written beside them. Before signing, each page is
+    regenerated from its content and compared, and checked against the record of numbers.
     """
     if new_key is not None:
         if certificate is not None or key is not None:

@@ -57,9 +57,9 @@ def command(
 ) -> ExitCode:
     """Verify a certificate or a run, and recompute its numbers from the samples.
 
-    The first line is the verdict, the others say what was checked. Ends with 1 if anything differs,
-    11 if the document was replaced, 12 if a page is not proven, 13 if its numbers are by methods of
-    another revision, 10 if the run is missing.
+    The first line is the verdict, the others list what was checked. The exit code is 1 if anything
+    differs, 11 if the document was replaced, 12 if a page is not proven, 13 if its numbers are from
+    another revision of a method, 10 if the run is missing.
     """
     from rigrunner.documents.verifying.certificate import Means, verify_certificate
     from rigrunner.documents.verifying.run import verify_run

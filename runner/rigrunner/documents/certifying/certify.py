@@ -65,7 +65,7 @@ class Request:
     order_fields: Mapping[str, object] = field(default_factory=dict)
     """Fields of the order that take precedence over the stored ones."""
     further_copy: str = ""
-    """The reason for a further certificate on a run that has one."""
+    """The reason for a further certificate for a run that has one."""
 
 
 def certify(
@@ -76,7 +76,7 @@ def certify(
     *,
     progress: Progress = unseen,
 ) -> Issued:
-    """Issue a certificate on a stored run; `progress` gets the forms made so far and their number.
+    """Issue a certificate for a stored run; `progress` gets the forms made so far and their number.
 
     A number is taken only after all requirements are checked. Raises UsageError if something is
     missing or out of range, and DataError if the run allows no certificate.
@@ -161,7 +161,7 @@ def _further_copy(
 ) -> FurtherCopy | None:
     """Return the note of a further certificate on the first one; raise if no reason is given.
 
-    Otherwise a second certificate on a run is refused: a new one must name what it replaces
+    Otherwise a second certificate for a run is refused: a new one must name what it replaces
     (7.8.8.3).
     """
     run_id, reason = source.stored.header.run_id, request.further_copy.strip()

@@ -166,14 +166,14 @@ class RecordingEntry(Part):
     set_points: dict[Member, AnyQuantity] = Field(default_factory=dict)
     """Set-points, by role.drive, in addition to those for all recordings."""
     conditions: dict[Member, Condition] = Field(default_factory=dict)
-    """What else was measured during the recording, by role.channel."""
+    """Further values measured during the recording, by role.channel."""
 
 
 class MeasurementEntry(Settings):
     """Single values that were read: a row of a table."""
 
     name: Text
-    """The name of the table, which is that of the step that measures."""
+    """The name of the table, as in the step that measures."""
     values: Annotated[dict[Member, AnyQuantity], Field(min_length=1)]
     """The values, by role.channel."""
 
@@ -206,7 +206,7 @@ class ImportMapping(Settings):
     set_points: dict[Member, AnyQuantity] = Field(default_factory=dict)
     """Set-points of all recordings, by role.drive."""
     conditions: dict[Member, Condition] = Field(default_factory=dict)
-    """What else was measured during all recordings, by role.channel."""
+    """Further values measured during all recordings, by role.channel."""
     measurements: ListOf[MeasurementEntry] = ()
     """Results of the steps that measure, in the order of the procedure."""
     recordings: Annotated[ListOf[RecordingEntry], Field(min_length=1)]

@@ -119,7 +119,7 @@ class _LanguageSchema(SettingsSchema):
             example = record.example if isinstance(record, StepRecord) else ""
             text = f"{record.help} `{example}`." if example else record.help
             steps[record.name] = self._settings(record) | {"description": text}
-        return _one_key("Step", "A step: one key, which says what is done.", steps)
+        return _one_key("Step", "A step: one key, which names the action.", steps)
 
     def _analysis(self) -> Schema:
         """Return the choice between all analyses, by one key."""
@@ -143,7 +143,7 @@ class _LanguageSchema(SettingsSchema):
         }
         is_rule = issubclass(model, DecisionRuleRef)  # whose setting may be beside its name
         alone = _enumeration([each for each in records if is_rule or not _needs_settings(each)])
-        label = self.generate_inner(LABEL_TYPE) | {"description": "What results call this use."}
+        label = self.generate_inner(LABEL_TYPE) | {"description": "Label of this use in results."}
         labelled = issubclass(model, PluginRef)
         with_settings = {
             "type": "object",

@@ -43,8 +43,8 @@ def command(
 ) -> ExitCode:
     """Read all files of an archive, and list damaged, missing, changed and unknown ones.
 
-    Files that were checked longest ago come first, and progress is kept: you can stop it at any
-    time. Ends with 1 if a file is damaged, missing or changed.
+    The files checked longest ago come first, and progress is kept: you can stop it at any time. The
+    exit code is 1 if a file is damaged, missing or changed.
     """
     from datetime import UTC, datetime, timedelta
 

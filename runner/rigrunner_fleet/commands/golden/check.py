@@ -67,8 +67,8 @@ def command(
 ) -> ExitCode:
     """Analyse golden runs again, and list differences from the references.
 
-    Ends with 1 where a verdict flipped, a figure moved, or a run is newly refused or accepted, and
-    with 5 where a golden run is gone or cannot be read.
+    The exit code is 1 if a verdict flipped, a figure moved, or a run is newly refused or accepted,
+    and 5 if a golden run is gone or cannot be read.
     """
     from rigrunner.api.errors import UsageError
     from rigrunner.cli.stopping import batch_stop_on_signals

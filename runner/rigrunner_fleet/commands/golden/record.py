@@ -38,7 +38,7 @@ def command(
 ) -> None:
     """Record the results of runs with this software as the reference.
 
-    PATH: files, run folders, or folders of runs at any depth.
+    PATH is a file, a run folder, or a folder of runs at any depth.
     """
     from rigrunner.cli.stopping import batch_stop_on_signals
     from rigrunner_fleet.golden.recording import Recorder

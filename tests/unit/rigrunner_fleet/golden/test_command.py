@@ -119,7 +119,7 @@ def test_changed_compensation_is_reported(lab, quick, tmp_path):
         assert move["shift_in_u"] == pytest.approx(0.3 / figure["expanded"])
     report = Page()
     report.feed(page.read_text(encoding="utf-8"))
-    for text in ("1 of 2 to be looked at", "verdict: pass → fail", "+300.000 mN·m"):
+    for text in ("1 of 2 to review", "verdict: pass → fail", "+300.000 mN·m"):
         assert text in report.words
     suite = ET.fromstring(cases.read_text(encoding="utf-8"))  # noqa: S314  (we wrote it)
     assert (suite.get("tests"), suite.get("failures")) == ("2", "1")

@@ -190,4 +190,4 @@ def test_reports_can_be_recorded_and_replayed(tmp_path):
         del report["read_s"]
     assert first_reports == replayed_reports
     assert replayed.code == first.code == ExitCode.DEVICE
-    assert replayed.err == f"Replaying the tape {tmp_path}/tape: no instrument is asked.\n"
+    assert replayed.err == f"Replaying the tape {tmp_path}/tape: no instrument is used.\n"

@@ -361,4 +361,4 @@ def test_jogging_can_be_recorded_and_replayed(tmp_path):
     assert (replayed.code, replayed.out) == (first.code, first.out)
     different = jog_once(tmp_path, "--set", "frequency=6 Hz", "--replay", tmp_path / "tape")
     assert different.code == ExitCode.DEVICE
-    assert "has 'set frequency 5.0', asked was 'set frequency 6.0'" in different.err
+    assert "has 'set frequency 5.0', the replay asked for 'set frequency 6.0'" in different.err

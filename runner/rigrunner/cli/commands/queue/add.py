@@ -35,9 +35,9 @@ LONGEST_FILE = 1_000_000
     "--file",
     "listed",
     type=click.Path(path_type=Path, allow_dash=True, dir_okay=False),
-    help="A list of specimens, one a line, or a CSV whose first line names inputs; - for stdin.",
+    help="A list of specimens, one per line, or a CSV whose first line names inputs; - for stdin.",
 )
-@click.option("--again", default="", help="Why specimens are tested again that have a run.")
+@click.option("--again", default="", help="Why specimens that have a run are tested again.")
 @click.option("--propose", is_flag=True, help="Let a person release the entries first.")
 @by_option
 def command(

@@ -14,7 +14,12 @@ if TYPE_CHECKING:
 
 @click.command(name="move")
 @click.argument("entry", type=int)
-@click.option("--before", type=int, metavar="ENTRY", help="The entry to follow it; last without.")
+@click.option(
+    "--before",
+    type=int,
+    metavar="ENTRY",
+    help="Put it in front of this entry; by default at the end.",
+)
 @runs_option
 def command(entry: int, before: int | None, *, runs: Path) -> None:
     """Move an entry in front of another one, or to the end."""

@@ -17,7 +17,9 @@ if TYPE_CHECKING:
 
 
 @click.command(name="next")
-@click.option("--station", default="", help="Whose queue; needed where entries of several wait.")
+@click.option(
+    "--station", default="", help="The station; needed if entries of several are waiting."
+)
 @click.option("--unattended", is_flag=True, help="Use the answers in the procedure.")
 @click.option("--realtime", is_flag=True, help="Run a simulated rig in real time.")
 @by_option

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 @by_option
 @runs_option
 def command(entry: int, *, by: str, runs: Path) -> None:
-    """Release an entry that is proposed or held: it waits for its turn."""
+    """Release a proposed or held entry, so that it waits for its turn."""
     from rigrunner.queue import Queue
 
     Queue(runs).release(entry, by)

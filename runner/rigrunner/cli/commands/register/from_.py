@@ -47,7 +47,7 @@ def command(
 ) -> None:
     """Create an entry for the register from a calibration run.
 
-    RUN is a sealed run with a result 'deviation' (indicated less applied) at each applied value;
+    RUN is a sealed run with a result 'deviation' (indicated minus applied) at each applied value;
     the guide on calibrating a transducer has a procedure. It is verified first. The printed entry
     goes under 'instruments:' of a station.
     """
