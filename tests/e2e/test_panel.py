@@ -86,7 +86,7 @@ def events_of(run, kind):
 
 
 @pytest.mark.parametrize("delay_s", first(1, [0.0, 0.3, 1.0]))
-def test_a_stop_while_the_process_still_starts_ends_it_in_order(screen, server, delay_s):
+def test_stop_while_the_process_starts_ends_it_in_order(screen, server, delay_s):
     start(screen)
     time.sleep(delay_s)
     screen.post("stop")
@@ -98,7 +98,7 @@ def test_a_stop_while_the_process_still_starts_ends_it_in_order(screen, server, 
 
 
 @pytest.mark.thorough
-def test_the_whole_way_with_a_second_one_watching_and_a_reload(screen, server):
+def test_complete_run_with_a_watcher_and_a_reload(screen, server):
     watcher = Screen(server, "client-bob-0001", RIG)
     hostile = "<script>alert(1)</script>/../x"
     pair = ready(screen, LOADED)
@@ -152,7 +152,7 @@ def actions(screen):
     return [each["event"].get("action") for each in screen.events]
 
 
-def test_pause_repeat_skip_take_over_and_abort_are_done_and_on_record(screen, server, lab):
+def test_pause_repeat_skip_take_over_and_abort_are_recorded(screen, server, lab):
     start(screen)
     screen.answer()
     screen.until(lambda state: state["progress"]["recording"])
@@ -193,7 +193,7 @@ def test_pause_repeat_skip_take_over_and_abort_are_done_and_on_record(screen, se
     bob.close()
 
 
-def test_stop_makes_the_rig_safe_within_its_time_whoever_asks(screen, server, lab):
+def test_stop_by_anyone_makes_the_rig_safe_in_time(screen, server, lab):
     start(screen)
     screen.answer()
     screen.until(lambda state: state["progress"]["recording"])
@@ -218,7 +218,7 @@ def test_stop_makes_the_rig_safe_within_its_time_whoever_asks(screen, server, la
 
 
 @pytest.mark.thorough
-def test_a_run_goes_on_while_nobody_and_while_somebody_deaf_is_connected(screen, server):
+def test_run_continues_without_clients_and_with_a_stalled_one(screen, server):
     start(screen)
     screen.answer()
     host, port = server.address.removeprefix("http://").split(":")
@@ -240,7 +240,7 @@ def test_a_run_goes_on_while_nobody_and_while_somebody_deaf_is_connected(screen,
         again.close()
 
 
-def test_a_run_s_process_that_dies_is_told_and_the_next_run_can_start(screen, server):
+def test_killed_run_process_is_reported_and_next_run_starts(screen, server):
     start(screen)
     screen.phase("asking")
     os.kill(rig_process(server), signal.SIGKILL)
@@ -252,7 +252,7 @@ def test_a_run_s_process_that_dies_is_told_and_the_next_run_can_start(screen, se
 
 
 @pytest.mark.thorough
-def test_by_hand_a_point_is_set_watched_recorded_and_kept_apart_from_procedures(screen, lab):
+def test_manual_point_is_recorded_apart_from_procedures(screen, lab):
     pair = ready(screen, LOADED)
     screen.post("manual/set", 409, drive="tester.load", value="1000 N")
     screen.post("manual/open", 202, **pair, operator="Ann")
@@ -286,17 +286,17 @@ def test_by_hand_a_point_is_set_watched_recorded_and_kept_apart_from_procedures(
 
 
 @pytest.mark.thorough
-def test_what_the_preflight_refuses_starts_only_by_name_and_reason(server, lab):
+def test_failed_preflight_starts_only_with_name_and_reason(server, lab):
     text = (lab / "station.yaml").read_text(encoding="utf-8")
     overdue = "certificate: C-1\n    laboratory: L\n    calibrated: 2020-01-01\n    due: 2021-01-01"
     assert "calibration: simulated" in text
     changed = text.replace("calibration: simulated", overdue)
     (lab / "overdue.yaml").write_text(changed, encoding="utf-8")
     with screen_of(server, "overdue.yaml") as screen:
-        starts_only_by_name_and_reason(screen, lab)
+        assert_start_needs_name_and_reason(screen, lab)
 
 
-def starts_only_by_name_and_reason(screen, lab):
+def assert_start_needs_name_and_reason(screen, lab):
     pair = ready(screen, "no_load_inertia_sweep.yaml", "overdue.yaml")
     found = screen.state["preflight"]
     (failed,) = [each for each in found["items"] if each["state"] == "fail"]
@@ -319,7 +319,7 @@ def starts_only_by_name_and_reason(screen, lab):
     assert (told.by, told.reason) == ("Chief", "new one ordered")
 
 
-def test_a_station_whose_device_does_not_answer_cannot_be_started(server, lab):
+def test_station_with_silent_device_cannot_be_started(server, lab):
     text = (lab / "station.yaml").read_text(encoding="utf-8")
     unplugged = text.replace(QUICK, "{seed: 1, simulate: unplugged}")
     (lab / "unplugged.yaml").write_text(unplugged, encoding="utf-8")
@@ -333,7 +333,7 @@ def test_a_station_whose_device_does_not_answer_cannot_be_started(server, lab):
 
 
 @pytest.mark.thorough
-def test_ctrl_c_says_that_a_run_goes_on_and_ends_only_when_it_is_safe_and_sealed(lab):
+def test_ctrl_c_ends_the_panel_once_its_run_is_safe_and_sealed(lab):
     with served(lab, lab / "runs") as server:
         screen = Screen(server, "client-ann-0001", RIG)
         start(screen)
@@ -373,13 +373,13 @@ def test_a_closed_terminal_ends_the_panel_once_its_run_is_safe_and_sealed(lab):
     assert ended.read_back == {"tester.frequency": 0.0, "tester.load": 0.0}
 
 
-def test_without_a_run_ctrl_c_just_ends(lab):
+def test_ctrl_c_without_a_run_ends_the_panel(lab):
     with served(lab, lab / "runs") as server:
         assert server.end(signal.SIGINT) == (0, "")
 
 
 @pytest.mark.thorough
-def test_a_panel_that_is_killed_leaves_a_run_that_ends_in_order(lab):
+def test_run_ends_in_order_when_the_panel_is_killed(lab):
     with served(lab, lab / "runs") as server:
         screen = Screen(server, "client-ann-0001", RIG)
         start(screen)
@@ -403,7 +403,7 @@ def test_a_panel_that_is_killed_leaves_a_run_that_ends_in_order(lab):
         (["--procedures", "/nowhere-at-all"], "/nowhere-at-all"),
     ],
 )
-def test_a_panel_that_may_not_be_opened_says_why(tmp_path, monkeypatch, options, told):
+def test_invalid_option_is_refused_with_the_reason(tmp_path, monkeypatch, options, told):
     opened = Mock(side_effect=AssertionError("it was opened"))
     monkeypatch.setattr("rigrunner_panel.serve._served", opened)
     where = ("--no-browser", "--procedures", tmp_path, "--runs", tmp_path / "runs")

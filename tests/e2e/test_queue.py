@@ -42,7 +42,7 @@ def test_a_queue_runs_without_a_browser(runs, tmp_path):
     assert [each["id"] for each in listed(runs)] == [2]
 
 
-def test_a_run_that_cannot_begin_holds_its_entry(runs, tmp_path):
+def test_run_that_cannot_start_leaves_its_entry_waiting(runs, tmp_path):
     broken = tmp_path / "broken.yaml"
     plan = call("queue", "add", "starting_torque_1000n", "SN-1", "--station", "simulated", *runs)
     assert plan.code == 0, plan.err
@@ -64,7 +64,7 @@ def test_a_run_that_cannot_begin_holds_its_entry(runs, tmp_path):
     assert [each["inputs"]["specimen"] for each in listed(runs)] == ["SN-1", "SN-3", "SN-2"]
 
 
-def test_a_specimen_that_has_a_run_needs_the_option_with_a_reason(demo):
+def test_specimen_with_a_run_requires_the_option_again(demo):
     add = ("queue", "add", "starting_torque_1000n", "DEMO-0001", "--station", "simulated")
     refused = call(*add, "--runs", demo.folder)
     assert refused.code == 3

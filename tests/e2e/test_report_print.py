@@ -61,7 +61,7 @@ def test_the_pages_are_a4(printed):
     assert {tuple(round(float(side)) for side in box) for box in boxes} == {A4_POINTS}
 
 
-def test_every_page_has_the_run_and_its_number(printed):
+def test_every_page_shows_the_run_and_its_page_number(printed):
     result, pdf = printed
     found = pages(pdf)
     assert 3 <= len(found) <= 9
@@ -70,7 +70,7 @@ def test_every_page_has_the_run_and_its_number(printed):
         assert result.run.run_id in text
 
 
-def test_the_report_begins_with_its_headline_and_ends_with_its_mark(printed):
+def test_report_begins_with_headline_and_ends_with_end_mark(printed):
     result, pdf = printed
     found = pages(pdf)
     assert result.symbol in found[0]

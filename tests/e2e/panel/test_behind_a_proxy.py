@@ -187,17 +187,17 @@ def test_the_public_name_gets_answers_without_cookies(proxy):
         ({"Sec-Fetch-Site": "cross-site"}, 403, "foreign_origin"),
     ],
 )
-def test_what_is_not_its_own_is_refused_through_the_proxy(proxy, headers, status, code):
+def test_unauthorised_or_foreign_request_is_refused_through_the_proxy(proxy, headers, status, code):
     answer = proxy.get("/api/v1/rigs", **headers)
     assert (answer.status_code, answer.json()["code"]) == (status, code)
 
 
-def test_a_page_of_that_name_without_tls_is_somebody_elses(proxy):
+def test_origin_without_tls_is_refused(proxy):
     answer = proxy.get("/api/v1/rigs", Origin=f"http://{proxy.name}")
     assert (answer.status_code, answer.json()["code"]) == (403, "foreign_origin")
 
 
-def test_the_events_come_by_a_websocket_through_tls(proxy):
+def test_events_arrive_by_websocket_over_tls(proxy):
     with proxy.events(f"https://{proxy.name}") as events:
         assert json.loads(events.recv(timeout=200))["type"] == "state"
     for origin in ("https://evil.example", f"http://{proxy.name}", f"https://{HOST}"):
@@ -206,7 +206,7 @@ def test_the_events_come_by_a_websocket_through_tls(proxy):
         assert caught.value.response.status_code == 403
 
 
-def test_on_its_own_machine_the_panel_answers_as_ever(proxy):
+def test_panel_behind_a_proxy_still_answers_locally(proxy):
     own = httpx.get(f"{proxy.panel.url}api/v1/rigs", headers=WITH_TOKEN)
     assert own.status_code == 200
     foreign = httpx.get(
@@ -215,7 +215,7 @@ def test_on_its_own_machine_the_panel_answers_as_ever(proxy):
     assert foreign.json()["code"] == "foreign_origin"
 
 
-def test_a_proxy_that_does_not_pass_the_host_on_is_named(lab, tmp_path):
+def test_proxy_that_drops_the_host_header_gets_a_hint(lab, tmp_path):
     def forgetting(text):
         assert PASSES_ON in text
         return re.sub(rf"{re.escape(PASSES_ON)}.*\n", "", text)

@@ -15,7 +15,7 @@ ORDER = {
 
 
 @pytest.mark.thorough
-def test_a_certificate_goes_through_its_whole_life(  # noqa: PLR0915  (a walk through it)
+def test_certificate_is_issued_verified_amended_and_signed(  # noqa: PLR0915  (a walk through it)
     new_screen, lab, tmp_path
 ):
     key = tmp_path / "key.pem"

@@ -99,7 +99,7 @@ LATE = """async () => {
 
 
 @pytest.mark.thorough
-def test_the_operator_chooses_plots_which_are_kept_for_the_procedure(new_screen, panel, pictures):
+def test_chosen_plots_are_kept_for_the_procedure(new_screen, panel, pictures):
     screen = new_screen()
     page = screen.page
     screen.begin(ENDLESS, specimen="PLOTS")
@@ -159,7 +159,7 @@ def each_is_live(page, phase: str) -> None:
 
 
 @pytest.mark.thorough
-def test_each_channel_is_live_while_it_waits_settles_or_pauses(new_screen, lab):
+def test_channels_are_live_while_the_run_waits_settles_or_pauses(new_screen, lab):
     path = lab / "procedures/quick_asks.yaml"
     text = path.read_text(encoding="utf-8")
     assert "- settle: {cycles: 1}" in text

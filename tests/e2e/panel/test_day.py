@@ -220,7 +220,7 @@ def begin(new_screen, panel, station, title, procedure):
 
 
 @pytest.mark.thorough
-def test_stop_of_a_rig_is_one_click_on_the_overview_and_stops_no_other(new_screen, two_rigs):
+def test_stop_on_the_overview_stops_only_its_rig(new_screen, two_rigs):
     with running_panel(two_rigs) as panel:
         first = begin(new_screen, panel, BENCH, STATION, LOADED)
         begin(new_screen, panel, OTHER, OTHER_TITLE, NO_LOAD)
@@ -239,7 +239,7 @@ def test_stop_of_a_rig_is_one_click_on_the_overview_and_stops_no_other(new_scree
 
 @pytest.mark.thorough
 @pytest.mark.parametrize("locale", ["en-GB", "de-DE"])
-def test_the_overview_is_looked_at(new_screen, two_rigs, pictures, locale):
+def test_overview_fits_the_screen_and_is_accessible(new_screen, two_rigs, pictures, locale):
     with running_panel(two_rigs) as panel:
         begin(new_screen, panel, BENCH, STATION, LOADED)
         screen = new_screen(panel, locale=locale)

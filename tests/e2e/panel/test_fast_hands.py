@@ -46,7 +46,7 @@ class Held:
         pytest.param("#/history", "Search specimen", ".runs tbody tr", marks=pytest.mark.thorough),
     ],
 )
-def test_an_answer_that_comes_late_does_not_replace_a_newer_one(screen, place, label, listed):
+def test_late_answer_does_not_replace_a_newer_one(screen, place, label, listed):
     page = screen.page
     screen.open(place)
     shown = page.locator(listed)
@@ -62,7 +62,7 @@ def test_an_answer_that_comes_late_does_not_replace_a_newer_one(screen, place, l
 
 
 @pytest.mark.thorough
-def test_what_has_the_focus_keeps_it_when_the_list_comes_anew(screen):
+def test_focus_stays_when_the_list_is_reloaded(screen):
     page = screen.page
     screen.open()
     chosen = page.locator(".item", has_text=LOADED).locator("input")
@@ -89,7 +89,7 @@ def test_a_double_click_on_start_starts_one_run(screen, panel):
 
 
 @pytest.mark.thorough
-def test_fields_of_the_newest_choice_stay_when_an_earlier_answer_comes(screen):
+def test_earlier_answer_does_not_replace_fields_of_newest_choice(screen):
     screen.open("#/queue")
     page = screen.page
     page.locator("#queue-procedure").select_option(label=LOADED)
@@ -106,7 +106,7 @@ def test_fields_of_the_newest_choice_stay_when_an_earlier_answer_comes(screen):
 
 
 @pytest.mark.thorough
-def test_neither_a_double_click_nor_a_scan_answers_a_question(new_screen, lab):
+def test_double_click_and_scan_do_not_answer_a_question(new_screen, lab):
     text = (lab / "procedures/quick_torque.yaml").read_text(encoding="utf-8")
     text = text.replace(LOADED, TWO_QUESTIONS).replace("id: QUICK-ST", "id: QUICK-TWO")
     second = "main:\n  - confirm: {text: Hands out?, unattended: yes}\n"

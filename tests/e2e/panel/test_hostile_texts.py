@@ -33,7 +33,7 @@ def hostile_lab(lab):
 
 
 @pytest.mark.thorough
-def test_no_text_of_a_file_a_person_or_a_program_becomes_a_script(new_screen, lab, panel):
+def test_hostile_texts_are_shown_as_text(new_screen, lab, panel):
     hostile_lab(lab)
     pair = {"procedure": "procedures/quick_torque.yaml", "station": "hostile_station.yaml"}
     headers = {"X-Rigrunner-Client": "client-mallory"}

@@ -13,7 +13,7 @@ from rigrunner.rig_state.marker import DriveMark, Owner
 
 
 @pytest.mark.thorough
-def test_a_person_says_by_name_that_the_rig_is_safe(new_screen, tmp_path):
+def test_person_confirms_by_name_that_the_rig_is_safe(new_screen, tmp_path):
     lab = SupplyLab(tmp_path / "supply_lab")
     owner = Owner("supply", str(lab.station), "STEPS", 1, "bench", "2026-03-01T12:00:00.000Z")
     RigMarks(owner, ["psu"])._add(DriveMark(Member("psu", "voltage"), "V", 0.0, 40.0))

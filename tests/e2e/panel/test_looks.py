@@ -40,7 +40,7 @@ def assert_on_one_screen(page) -> None:
 
 @pytest.mark.thorough
 @pytest.mark.parametrize("theme", ["light", "dark"])
-def test_every_page_can_be_used_by_everybody(  # noqa: PLR0915  (a walk through all pages)
+def test_every_page_is_accessible(  # noqa: PLR0915  (a walk through all pages)
     new_screen, panel, pictures, theme
 ):
     screen = new_screen(color_scheme=theme)
@@ -114,7 +114,7 @@ def test_every_page_can_be_used_by_everybody(  # noqa: PLR0915  (a walk through 
 
 
 @pytest.mark.thorough
-def test_on_an_upright_tablet_state_and_stop_are_seen_whole(new_screen):
+def test_state_and_stop_are_visible_on_an_upright_tablet(new_screen):
     screen = new_screen(viewport={"width": 820, "height": 1180}, locale="de-DE")
     screen.open()
     page = screen.page
@@ -134,7 +134,7 @@ def test_on_an_upright_tablet_state_and_stop_are_seen_whole(new_screen):
 
 
 @pytest.mark.thorough
-def test_the_theme_is_the_machine_s_or_the_one_that_was_chosen(new_screen):
+def test_theme_follows_the_system_or_the_choice(new_screen):
     screen = new_screen(color_scheme="dark")
     screen.open()
     page, choice = screen.page, screen.page.get_by_label("Colours")
@@ -160,7 +160,7 @@ CUT_OFF = """(selector) => [...document.querySelectorAll(selector)]
 
 
 @pytest.mark.thorough
-def test_plan_and_channels_are_as_wide_as_their_frames(new_screen, lab):
+def test_plan_and_channels_fit_their_frames(new_screen, lab):
     station = lab / "station.yaml"
     text = station.read_text(encoding="utf-8")
     name = "Temperature chamber and ohmmeter on loopback"
@@ -189,7 +189,7 @@ def test_plan_and_channels_are_as_wide_as_their_frames(new_screen, lab):
 
 
 @pytest.mark.thorough
-def test_figures_beside_a_plot_of_one_s_own_have_room_for_their_axes(new_screen, lab):
+def test_figures_beside_an_added_plot_have_room_for_their_axes(new_screen, lab):
     with running_chamber() as bench:
         (lab / "chamber.yaml").write_text(bench.station(), encoding="utf-8")
         with running_panel(lab) as panel:

@@ -21,7 +21,7 @@ TRUTH_NM = 0.7262  # Ts of the simulated rig: the default of its settings, from 
 
 
 @pytest.mark.thorough
-def test_from_choosing_to_the_certificate_by_mouse(screen, panel):
+def test_run_and_certificate_by_mouse(screen, panel):
     page = screen.page
     screen.begin(specimen="B-17")
     screen.wait_for_compensation()
@@ -47,7 +47,7 @@ def test_from_choosing_to_the_certificate_by_mouse(screen, panel):
 
 
 @pytest.mark.thorough
-def test_the_result_has_its_points_and_the_checks_of_every_method(screen, panel):
+def test_result_shows_its_points_and_checks_of_every_method(screen, panel):
     page = screen.page
     run = next(each for each in panel.get("runs")["items"] if each["verdict"] == "pass")
     result = panel.get(f"runs/{run['run']}")["result"]
@@ -93,7 +93,7 @@ def test_the_next_specimen_is_two_clicks_away(screen, panel):
 
 
 @pytest.mark.thorough
-def test_from_choosing_to_the_certificate_by_keyboard_alone(screen):
+def test_run_and_certificate_by_keyboard(screen):
     page = screen.page
     press, write, focus_on = page.keyboard.press, page.keyboard.type, screen.focus_on
     screen.open()
@@ -173,7 +173,7 @@ def test_pause_repeat_skip_and_abort(screen, panel):
 
 
 @pytest.mark.thorough
-def test_stop_is_in_reach_while_a_question_is_up(screen, panel):
+def test_stop_works_while_a_question_is_open(screen, panel):
     page = screen.page
     screen.open()
     screen.choose()
@@ -190,7 +190,7 @@ def test_stop_is_in_reach_while_a_question_is_up(screen, panel):
 
 
 @pytest.mark.thorough
-def test_by_hand(screen, panel):
+def test_manual_mode(screen, panel):
     page = screen.page
     screen.open()
     screen.choose()
@@ -244,7 +244,7 @@ def test_by_hand(screen, panel):
 
 
 @pytest.mark.thorough
-def test_runs_are_found_and_compared(screen):
+def test_runs_are_searched_and_compared(screen):
     page = screen.page
     screen.open("#/history")
     expect(page.locator(".runs tbody tr").nth(1)).to_be_visible()

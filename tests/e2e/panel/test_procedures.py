@@ -35,7 +35,7 @@ def type_at_the_end(page, text):
 
 
 @pytest.mark.thorough
-def test_a_mistake_is_shown_at_its_line_and_what_may_stand_there_is_offered(new_screen, panel):
+def test_mistake_is_shown_at_its_line_and_keys_are_completed(new_screen, panel):
     page = open_text(new_screen(panel))
     type_at_the_end(page, "# a remark\nint")
     options = page.locator(".cm-tooltip-autocomplete li")
@@ -62,7 +62,7 @@ def test_a_mistake_is_shown_at_its_line_and_what_may_stand_there_is_offered(new_
 
 
 @pytest.mark.thorough
-def test_it_is_saved_and_approved_by_name_and_the_changes_are_told(new_screen, panel):
+def test_procedure_is_saved_and_approved_and_shows_its_changes(new_screen, panel):
     screen = new_screen(panel)
     page = open_text(screen)
     file = panel.folder / QUICK
@@ -92,7 +92,7 @@ def test_it_is_saved_and_approved_by_name_and_the_changes_are_told(new_screen, p
 
 
 @pytest.mark.thorough
-def test_two_who_edit_one_procedure_are_told_and_nothing_is_lost(new_screen, panel):
+def test_concurrent_editors_are_warned_and_lose_nothing(new_screen, panel):
     ann, bob = new_screen(panel), new_screen(panel)
     first, second = open_text(ann), open_text(bob)
     expect(first.locator(".editor-notes")).to_contain_text("Somebody at another screen has this")
@@ -162,7 +162,7 @@ def test_a_shipped_procedure_is_changed_in_a_copy(new_screen, panel):
 @pytest.mark.thorough
 @pytest.mark.parametrize("locale", ["en-GB", "de-DE"])
 @pytest.mark.parametrize("theme", ["light", "dark"])
-def test_the_pages_can_be_used_by_everybody(new_screen, panel, pictures, theme, locale):
+def test_procedure_pages_are_accessible(new_screen, panel, pictures, theme, locale):
     screen = new_screen(panel, locale=locale, color_scheme=theme)
     page, grave = screen.page, []
     page.add_init_script(path=axe_script())

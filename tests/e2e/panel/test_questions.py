@@ -40,7 +40,7 @@ def refused(screen, *words: str) -> None:
 
 
 @pytest.mark.thorough
-def test_a_number_and_an_interlock_by_mouse(asking, panel):
+def test_question_and_interlock_by_mouse(asking, panel):
     page = asking.page
     expect(page.locator("#prompt-input-note")).to_have_text("in °C, 15 °C or more, 30 °C or less")
     for wrong, words in (
@@ -79,7 +79,7 @@ def test_a_number_and_an_interlock_by_mouse(asking, panel):
 
 
 @pytest.mark.thorough
-def test_a_number_and_an_interlock_by_keyboard_alone(asking, panel):
+def test_question_and_interlock_by_keyboard(asking, panel):
     page = asking.page
     press, write = page.keyboard.press, page.keyboard.type
     field = page.locator("#prompt-input")

@@ -60,7 +60,7 @@ def row(page, text):
 
 
 @pytest.mark.thorough
-def test_scans_that_do_not_wait_for_each_other_are_all_added_in_order(open_queue, lab):
+def test_rapid_scans_are_all_added_in_order(open_queue, lab):
     """A scanner sends the next specimen while the panel still adds the last one."""
     with running_panel(lab) as panel:
         page = open_queue(panel).page
@@ -78,7 +78,7 @@ def test_scans_that_do_not_wait_for_each_other_are_all_added_in_order(open_queue
 
 
 @pytest.mark.thorough
-def test_a_specimen_that_a_run_has_tested_is_added_with_a_reason_alone(open_queue, lab):
+def test_tested_specimen_is_added_only_with_a_reason(open_queue, lab):
     """Its entry may be cleared: the runs know it, and those of the lab are of DEMO-0001."""
     with running_panel(lab) as panel:
         page = open_queue(panel).page
@@ -98,7 +98,7 @@ def test_a_specimen_that_a_run_has_tested_is_added_with_a_reason_alone(open_queu
 
 
 @pytest.mark.thorough
-def test_a_list_with_a_tested_specimen_is_refused_once_and_added_with_one_reason(open_queue, lab):
+def test_list_with_tested_specimen_is_added_only_with_a_reason(open_queue, lab):
     with running_panel(lab) as panel:
         screen = open_queue(panel)
         page, note = screen.page, screen.page.locator("#queue-list-note")
@@ -131,7 +131,7 @@ def test_a_list_with_a_tested_specimen_is_refused_once_and_added_with_one_reason
 
 
 @pytest.mark.thorough
-def test_the_keyboard_stays_at_the_row_that_it_moves(open_queue, lab):
+def test_focus_follows_the_moved_row(open_queue, lab):
     with running_panel(lab) as panel:
         page = open_queue(panel).page
         page.evaluate(LATE_ANSWERS)
@@ -150,7 +150,7 @@ def test_the_keyboard_stays_at_the_row_that_it_moves(open_queue, lab):
 
 
 @pytest.mark.thorough
-def test_a_scan_while_a_reason_is_asked_for_goes_to_the_queue(open_queue, lab):
+def test_scan_during_the_reason_dialog_goes_to_the_queue(open_queue, lab):
     with running_panel(lab) as panel:
         page = open_queue(panel).page
         scan(page, "SN-1")
@@ -169,7 +169,7 @@ def test_a_scan_while_a_reason_is_asked_for_goes_to_the_queue(open_queue, lab):
 
 
 @pytest.mark.thorough
-def test_a_scan_where_no_field_has_the_focus_goes_to_the_queue_and_presses_nothing(open_queue, lab):
+def test_scan_without_focused_field_goes_to_the_queue(open_queue, lab):
     with running_panel(lab) as panel:
         page = open_queue(panel).page
         page.evaluate(LATE_ANSWERS)
@@ -201,7 +201,7 @@ def test_a_scan_where_no_field_has_the_focus_goes_to_the_queue_and_presses_nothi
 
 
 @pytest.mark.thorough
-def test_a_list_opens_in_the_coding_of_a_spreadsheet_and_a_workbook_is_refused(open_queue, lab):
+def test_list_opens_in_spreadsheet_encodings_and_workbook_is_refused(open_queue, lab):
     with running_panel(lab) as panel:
         page = open_queue(panel).page
         page.locator(".queue-add details > summary").click()
@@ -221,7 +221,7 @@ def test_a_list_opens_in_the_coding_of_a_spreadsheet_and_a_workbook_is_refused(o
 
 
 @pytest.mark.thorough
-def test_a_german_list_with_decimal_commas_is_added_as_it_is_pasted(new_screen, lab):
+def test_german_list_with_decimal_commas_is_added(new_screen, lab):
     text = (lab / "procedures/quick_torque.yaml").read_text(encoding="utf-8")
     title = "Quick torque at a room temperature"
     asks = "inputs:\n  room: {ask: Temperature of the room, unit: °C, min: 15 °C, max: 30 °C}\n"
@@ -304,7 +304,7 @@ def test_a_queue_is_scanned_ordered_run_and_survives_a_kill(open_queue, lab):
 @pytest.mark.thorough
 @pytest.mark.parametrize("locale", ["en-GB", "de-DE"])
 @pytest.mark.parametrize("size", [*SIZES])
-def test_the_page_of_the_queue_is_looked_at(  # noqa: PLR0917  (fixtures)
+def test_queue_page_fits_the_screen(  # noqa: PLR0917  (fixtures)
     new_screen, lab, pictures, monkeypatch, size, locale
 ):
     monkeypatch.chdir(lab)

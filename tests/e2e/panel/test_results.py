@@ -28,7 +28,7 @@ def supply(tmp_path):
 
 
 @pytest.mark.thorough
-def test_results_stand_in_a_table_with_limits_and_no_empty_swing(new_screen, supply):
+def test_results_are_listed_with_limits_and_no_empty_plot(new_screen, supply):
     screen = new_screen(supply)
     page = screen.page
     screen.open()

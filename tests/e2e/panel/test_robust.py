@@ -64,7 +64,7 @@ def test_a_second_browser_watches_and_takes_over_on_record(new_screen, panel):
 
 
 @pytest.mark.thorough
-def test_who_comes_back_in_another_tab_need_not_take_over_from_themselves(new_screen, panel):
+def test_same_person_in_another_tab_needs_no_take_over(new_screen, panel):
     first, second, other = new_screen(), new_screen(), new_screen()
 
     def take_control(screen, name):
@@ -83,7 +83,7 @@ def test_who_comes_back_in_another_tab_need_not_take_over_from_themselves(new_sc
 
 
 @pytest.mark.thorough
-def test_a_run_goes_on_when_the_browser_is_killed(chromium, panel, tmp_path):
+def test_run_continues_when_the_browser_is_killed(chromium, panel, tmp_path):
     context = chromium.browser_type.launch_persistent_context(
         tmp_path / "profile", executable_path=browser_path(), args=["--no-sandbox", "--disable-gpu"]
     )
@@ -102,7 +102,7 @@ def test_a_run_goes_on_when_the_browser_is_killed(chromium, panel, tmp_path):
 
 
 @pytest.mark.thorough
-def test_a_run_goes_on_without_any_browser(new_screen, panel):
+def test_run_continues_without_any_browser(new_screen, panel):
     screen = new_screen()
     screen.begin(specimen="ALONE-1", real_time=False)
     screen.page.close()
@@ -128,7 +128,7 @@ def test_a_hostile_specimen_is_only_text(screen):
 
 
 @pytest.mark.thorough
-def test_a_lost_server_is_told_and_comes_back_by_itself(new_screen, lab):
+def test_lost_server_is_reported_and_screen_reconnects(new_screen, lab):
     port = free_port()
     with running_panel(lab, port=port) as panel:
         window = new_screen(panel)
@@ -143,7 +143,7 @@ def test_a_lost_server_is_told_and_comes_back_by_itself(new_screen, lab):
 
 
 @pytest.mark.thorough
-def test_nothing_starts_without_the_answers(screen):
+def test_start_requires_all_inputs(screen):
     page = screen.page
     screen.open()
     screen.choose()
@@ -156,7 +156,7 @@ def test_nothing_starts_without_the_answers(screen):
 
 
 @pytest.mark.thorough
-def test_a_red_preflight_is_passed_over_only_with_name_and_reason(screen, panel):
+def test_failed_preflight_is_overridden_only_with_name_and_reason(screen, panel):
     page = screen.page
     screen.open()
     screen.choose(NO_LOAD, OVERDUE)
@@ -180,7 +180,7 @@ def test_a_red_preflight_is_passed_over_only_with_name_and_reason(screen, panel)
 
 
 @pytest.mark.thorough
-def test_a_rig_that_is_not_safe_is_told_in_red_and_apart(new_screen, lab):
+def test_unsafe_rig_is_reported_in_a_separate_alert(new_screen, lab):
     station = (lab / "station.yaml").read_text(encoding="utf-8")
     faults = (
         "{plugin: swing_tester_sim, faults: [{kind: lost, on: stream, at: {frequency: 20 Hz}}]}"
@@ -206,7 +206,7 @@ def test_a_rig_that_is_not_safe_is_told_in_red_and_apart(new_screen, lab):
 
 
 @pytest.mark.thorough
-def test_a_browser_that_speaks_german_is_answered_in_german(new_screen):
+def test_german_browser_gets_a_german_screen(new_screen):
     screen = new_screen(locale="de-DE")
     screen.open()
     page = screen.page
@@ -217,7 +217,7 @@ def test_a_browser_that_speaks_german_is_answered_in_german(new_screen):
 
 
 @pytest.mark.thorough
-def test_what_the_server_says_is_german_too(new_screen):
+def test_texts_of_the_server_are_german_too(new_screen):
     screen = new_screen(locale="de-DE")
     page = screen.page
     screen.open()

@@ -29,7 +29,7 @@ def waits(page):
 
 
 @pytest.mark.thorough
-def test_every_page_says_that_it_reads(slow, panel):
+def test_every_page_shows_that_it_loads(slow, panel):
     first, *_, last = sorted(each.name for each in panel.runs.iterdir() if each.is_dir())
     for place in (
         *("#/history", "#/procedures", "#/", "#/setup", "#/trends"),
@@ -41,7 +41,7 @@ def test_every_page_says_that_it_reads(slow, panel):
 
 
 @pytest.mark.thorough
-def test_a_list_says_that_it_is_added(slow, panel):
+def test_adding_a_list_shows_progress(slow, panel):
     slow.evaluate("location.hash = '#/queue'")
     slow.locator("#queue-procedure").select_option(label=LOADED)
     slow.locator("#input-type").fill("GE20")

@@ -41,9 +41,7 @@ def shifted(tmp_path):
 
 
 @pytest.mark.thorough
-def test_a_control_chart_is_drawn_with_its_limits_and_the_runs_beyond_them(
-    new_screen, shifted, pictures
-):
+def test_control_chart_shows_limits_and_runs_beyond_them(new_screen, shifted, pictures):
     with running_panel(shifted) as panel:
         screen = new_screen(panel, locale="de-DE")
         page = screen.page
@@ -78,7 +76,7 @@ def test_a_control_chart_is_drawn_with_its_limits_and_the_runs_beyond_them(
 
 
 @pytest.mark.thorough
-def test_results_and_curves_of_two_runs_are_drawn_over_each_other(new_screen, panel, pictures):
+def test_overlay_draws_results_and_curves_of_two_runs(new_screen, panel, pictures):
     runs = sorted(each.name for each in panel.runs.iterdir() if "QUICK" in each.name)[:2]
     screen = new_screen()
     page = screen.page
@@ -96,7 +94,7 @@ def test_results_and_curves_of_two_runs_are_drawn_over_each_other(new_screen, pa
 
 @pytest.mark.thorough
 @pytest.mark.thorough
-def test_a_comparison_says_first_that_no_result_differs(new_screen, panel):
+def test_comparison_of_equal_runs_says_that_no_result_differs(new_screen, panel):
     run = next(each.name for each in panel.runs.iterdir() if "QUICK-ST" in each.name)
     screen = new_screen()
     screen.open(f"#/compare/{run}/{run}")

@@ -146,7 +146,7 @@ def walk(new_screen, studied_lab, pictures):
 
 @pytest.mark.thorough
 @pytest.mark.parametrize("way", WAYS)
-def test_before_during_and_after_a_run(walk, way):  # noqa: PLR0915  (a walk)
+def test_pages_before_during_and_after_a_run(walk, way):  # noqa: PLR0915  (a walk)
     at = walk(*way.split())
     page = at.page
     page.goto(at.screen.panel.url)
@@ -239,7 +239,7 @@ def test_before_during_and_after_a_run(walk, way):  # noqa: PLR0915  (a walk)
 
 @pytest.mark.thorough
 @pytest.mark.parametrize("way", WAYS)
-def test_what_is_stored(walk, way):  # noqa: PLR0915  (a walk)
+def test_pages_of_stored_runs(walk, way):  # noqa: PLR0915  (a walk)
     at = walk(*way.split())
     page = at.page
     at.screen.open("#/history")
@@ -302,7 +302,7 @@ def test_what_is_stored(walk, way):  # noqa: PLR0915  (a walk)
 
 @pytest.mark.thorough
 @pytest.mark.parametrize("way", WAYS)
-def test_queue_hand_and_procedures(walk, way):
+def test_pages_of_queue_manual_mode_and_procedures(walk, way):
     at = walk(*way.split())
     page = at.page
     at.screen.open("#/queue")
@@ -354,7 +354,7 @@ def test_queue_hand_and_procedures(walk, way):
 
 @pytest.mark.thorough
 @pytest.mark.parametrize("locale", ["de-DE", "en-GB"])
-def test_the_bar_is_whole_in_every_width(new_screen, lab, locale):
+def test_header_bar_fits_every_width(new_screen, lab, locale):
     add_bench(lab)
     with running_panel(lab) as panel:
         screen = new_screen(panel, locale=locale)

@@ -53,19 +53,19 @@ def is_ended(connection):
 
 
 @pytest.mark.parametrize("content", [b"", HALF])
-def test_a_request_that_does_not_come_is_not_waited_for(address, content):
+def test_incomplete_request_is_closed(address, content):
     with opened(address, content) as connection:
         assert is_ended(connection)
 
 
-def test_nor_is_a_second_one_that_is_begun(address):
+def test_incomplete_second_request_is_closed(address):
     with opened(address, WHOLE) as connection:
         assert connection.recv(1000).startswith(b"HTTP/1.1 204")
         connection.sendall(HALF)
         assert is_ended(connection)
 
 
-def test_who_asks_is_answered_as_long_as_he_goes_on(address):
+def test_active_connection_stays_open(address):
     with opened(address) as connection:
         for _ in range(3):
             connection.sendall(WHOLE)
@@ -73,7 +73,7 @@ def test_who_asks_is_answered_as_long_as_he_goes_on(address):
             time.sleep(0.3)
 
 
-def test_one_address_has_no_more_than_its_share(address, monkeypatch):
+def test_connections_of_one_address_are_limited(address, monkeypatch):
     monkeypatch.setattr(connections, "REQUEST_S", PATIENT_S)
     with (
         opened(address, WHOLE) as first,

@@ -22,7 +22,7 @@ WITH_NODE = pytest.mark.skipif(
 
 
 @WITH_NODE
-def test_a_set_value_is_shown_as_a_person_wrote_it(tmp_path):
+def test_set_value_is_shown_as_written(tmp_path):
     program = """
       import { plain } from './format.mjs';
       const values = [16.5, 35, 0.25, 0, -2.5, 1000, 1 / 3, null, NaN];
@@ -35,7 +35,7 @@ def test_a_set_value_is_shown_as_a_person_wrote_it(tmp_path):
 
 
 @WITH_NODE
-def test_a_german_screen_shows_and_takes_a_decimal_comma(tmp_path):
+def test_german_screen_shows_and_accepts_a_decimal_comma(tmp_path):
     program = """
       import * as format from './format.mjs';
       const { fixed, shownNumber, typedNumber, useDecimalSign, withUncertainty } = format;
@@ -56,7 +56,7 @@ def test_a_german_screen_shows_and_takes_a_decimal_comma(tmp_path):
 
 
 @WITH_NODE
-def test_a_german_list_has_decimal_commas_in_its_columns_of_numbers_alone(tmp_path):
+def test_german_list_has_decimal_commas_only_in_number_columns(tmp_path):
     program = """
       import { typedList, useDecimalSign } from './format.mjs';
       const measured = new Set(['room', 'load']);
@@ -106,7 +106,7 @@ def _of(folder, program):
         (5.25e-6, None, "0.00000525 A"),  # was 0.000
     ],
 )
-def test_a_value_and_its_uncertainty_have_two_digits_of_it(tmp_path, value, uncertainty, text):
+def test_value_is_rounded_to_two_digits_of_its_uncertainty(tmp_path, value, uncertainty, text):
     literal = "NaN" if uncertainty is None else repr(uncertainty)
     program = f"""
       import {{ withUncertainty }} from './format.mjs';

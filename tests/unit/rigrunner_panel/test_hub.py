@@ -51,7 +51,7 @@ async def working_screen(panel, messages):
     return socket, screen, work
 
 
-def test_a_screen_that_does_not_read_holds_few_messages_and_then_gets_the_whole_state(panel):
+def test_stalled_screen_queues_few_messages_then_gets_whole_state(panel):
     async def check():
         messages = [f"delta {n}" for n in range(10_000)]
         socket, screen, work = await working_screen(panel, messages)
@@ -83,7 +83,7 @@ def test_a_screen_that_keeps_up_gets_every_message_in_order(panel):
 
 
 @pytest.mark.parametrize("turns", range(6))
-def test_it_ends_though_something_changes_in_the_moment_in_which_it_is_to_end(panel, turns):
+def test_hub_ends_despite_a_change_during_cancellation(panel, turns):
     """A cancellation that was lost left the server waiting for it for ever when it was closed."""
 
     async def check():

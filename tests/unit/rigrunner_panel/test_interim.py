@@ -57,7 +57,7 @@ def watched(tmp_path_factory):
 
 
 @pytest.mark.thorough
-def test_the_last_live_value_is_the_final_one_to_the_last_bit(watched):
+def test_last_live_value_equals_the_final_one(watched):
     onlooker, finished = watched
     last = live_view(onlooker.after[-1], final=True)
     final = live_view(finished.result, final=True)
@@ -78,7 +78,7 @@ def test_each_recording_adds_a_result(watched):
 
 
 @pytest.mark.thorough
-def test_a_watched_stretch_is_analysed_in_place_of_the_recordings(watched):
+def test_watched_channels_are_analysed_in_place_of_the_recordings(watched):
     onlooker, finished = watched
     folder = finished.folder
     stretch = read(folder).recordings[2]
@@ -89,7 +89,7 @@ def test_a_watched_stretch_is_analysed_in_place_of_the_recordings(watched):
     assert row.value == pytest.approx(expected.torque.value, abs=1e-3)
 
 
-def test_an_uncertainty_that_the_data_do_not_tell_is_none_here_and_in_the_history(
+def test_unknown_uncertainty_is_none_in_result_and_history(
     tmp_path,
 ):
     """Of the paper's tables there is one value for each set-point, and no scatter."""
@@ -104,7 +104,7 @@ def test_an_uncertainty_that_the_data_do_not_tell_is_none_here_and_in_the_histor
     assert item.headline == view.headline
 
 
-def test_named_results_are_there_with_their_limits_while_the_run_goes_on(tmp_path):
+def test_named_results_are_shown_with_limits_during_the_run(tmp_path):
     """Of a supply whose values are written down: no torque, no recording, no swing."""
     procedure, station = written(tmp_path)
     runs = tmp_path / "runs"
@@ -130,7 +130,7 @@ def test_named_results_are_there_with_their_limits_while_the_run_goes_on(tmp_pat
     assert (item.headline, item.result) == (None, "regulation: 44.0 ± 3.1 mV")
 
 
-def test_live_views_do_not_wait_for_the_analysis_of_finished_recordings(monkeypatch, tmp_path):
+def test_live_curves_do_not_wait_for_analysis_of_recordings(monkeypatch, tmp_path):
     goes_on, messages, runs = threading.Event(), queue.Queue(), tmp_path / "runs"
     here = analyst.Analyst(messages.put)
 
@@ -171,7 +171,7 @@ analyst.main()
 """
 
 
-def test_the_process_ends_with_the_run_though_a_thread_is_in_hdf5(quick, tmp_path):
+def test_process_exits_while_a_thread_holds_the_hdf5_lock(quick, tmp_path):
     """The interpreter's end waits for the lock of HDF5, which such a thread never releases."""
     begun = tmp_path / "begun"
     command = [sys.executable, "-c", IN_HDF5, str(begun)]

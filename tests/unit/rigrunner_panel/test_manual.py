@@ -48,20 +48,20 @@ def standing(views, drive="tester.frequency"):
     return [{row.name: row.set for row in view.drives}[drive] for view in views]
 
 
-def test_it_shows_where_a_drive_was_set():
+def test_page_shows_the_set_point_of_a_drive():
     summary, shown = done_by_hand(FakeTester(), SetDrive("tester.frequency", 5.0, "me"))
     assert summary.outcome is Outcome.COMPLETED
     assert standing(shown) == [3.0, 5.0]
 
 
-def test_a_drive_that_moved_though_its_set_failed_is_shown_where_it_stands():
+def test_page_shows_position_of_drive_whose_set_failed():
     device = FakeTester(read_back_offset=2.0)
     summary, shown = done_by_hand(device, SetDrive("tester.frequency", 20.0, "me"))
     assert summary.passed_over
     assert standing(shown) == [5.0, 22.0]
 
 
-def test_it_says_how_many_points_were_recorded():
+def test_page_counts_recorded_points():
     wishes = (SetDrive("tester.frequency", 5.0, "me"), RecordPoint(5, "me"), RecordPoint(5, "me"))
     summary, shown = done_by_hand(FakeTester(), *wishes)
     assert summary.outcome is Outcome.COMPLETED

@@ -56,7 +56,7 @@ def description(client):
     return client.get("/api/v1/openapi.json").json()
 
 
-def test_every_route_is_described_once_under_one_version_and_no_reference_hangs(app, description):
+def test_every_route_is_described_once_without_dangling_references(app, description):
     assert description["openapi"] == "3.1.0"
     served = {
         (method, route.path)
@@ -82,13 +82,13 @@ def test_every_route_is_described_once_under_one_version_and_no_reference_hangs(
     }
 
 
-def test_it_is_valid_by_its_own_schemas(description, client):
+def test_schemas_match_the_state_and_forbid_extra_fields(description, client):
     schemas = description["components"]["schemas"]
     assert set(schemas["State"]["required"]) == set(client.get("/api/v1/state").json())
     assert schemas["StartRun"]["additionalProperties"] is False
 
 
-def test_each_message_of_the_socket_is_one_that_is_described(description, client, panel):
+def test_every_socket_message_is_described(description, client, panel):
     schemas = description["components"]["schemas"]
     texts = {one["properties"]["type"]["const"]: one for one in schemas["Message"]["oneOf"]}
     job = JobView(kind="run", procedure="p", station="s")
@@ -107,7 +107,7 @@ def test_each_message_of_the_socket_is_one_that_is_described(description, client
             kinds.add(message["type"])
 
 
-def test_each_binary_frame_has_a_header_that_is_described(description):
+def test_every_frame_header_is_described(description):
     schemas = description["components"]["schemas"]
     headers = {
         header["properties"]["kind"]["const"]: header for header in schemas["FrameHeader"]["oneOf"]
@@ -128,13 +128,13 @@ def test_each_binary_frame_has_a_header_that_is_described(description):
 
 @pytest.mark.parametrize("method", ["GET", "POST", "DELETE"])
 @pytest.mark.parametrize("path", ["/api/rigs", "/api/stop", "/api/v2/rigs", "/api/v1/rig"])
-def test_a_path_without_the_version_says_where_the_api_is(client, method, path):
+def test_path_without_version_gets_a_hint(client, method, path):
     answer = client.request(method, path, json={})
     assert (answer.status_code, answer.json()["code"]) == (404, "not_found")
     assert "/api/v1/openapi.json" in answer.json()["hint"]
 
 
-def test_a_wrong_method_says_the_right_one(client):
+def test_wrong_method_names_the_right_one(client):
     answer = client.get("/api/v1/stop")
     assert (answer.status_code, answer.headers["allow"]) == (405, "POST")
     assert answer.json()["message"] == "got GET, expected POST"
@@ -143,14 +143,14 @@ def test_a_wrong_method_says_the_right_one(client):
 @pytest.mark.parametrize(
     "path", ["/api/events?client=client-ann", "/", "/api/v1/state", "/js/main.js"]
 )
-def test_a_socket_elsewhere_is_closed_and_says_where_it_is(client, path):
+def test_socket_at_another_path_is_closed_with_a_hint(client, path):
     refused = pytest.raises(WebSocketDisconnect)
     with refused as closed, client.websocket_connect(f"ws://127.0.0.1:8750{path}"):
         pass
     assert (closed.value.code, closed.value.reason) == (4404, "the WebSocket is at /api/v1/events")
 
 
-def test_the_page_on_the_api_names_every_request_and_section():
+def test_api_page_lists_every_request_and_section():
     page = (ROOT / "docs/reference/panel-api.md").read_text(encoding="utf-8")
     requests = (ROOT / "docs/reference/panel-requests.md").read_text(encoding="utf-8")
     for operation in OPERATIONS:
@@ -186,7 +186,7 @@ def _is_one(path, method=None):
     return any(re.fullmatch(f"/api/v1/{pattern}", operation.path) for operation in operations)
 
 
-def test_whatever_the_screen_asks_is_a_request_of_the_description():
+def test_screen_sends_only_described_requests():
     """The screen has no other way to ask: its requests go through two functions and one socket."""
     firsts = {operation.path.split("/")[3] for operation in OPERATIONS}
     requested = set()

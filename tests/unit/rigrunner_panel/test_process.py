@@ -71,7 +71,7 @@ def wait_for(condition):
         time.sleep(0.005)
 
 
-def test_messages_come_in_order_and_an_end_is_told(ends):
+def test_messages_arrive_in_order_and_a_closed_channel_raises(ends):
     for number in range(100):
         ends.panel.send(Answer(number, "x" * number, BY))
     assert [ends.run.receive().prompt for _ in range(100)] == list(range(100))
@@ -83,12 +83,12 @@ def test_messages_come_in_order_and_an_end_is_told(ends):
 
 
 @pytest.mark.parametrize("torn", [b"", b"\x80", b"\x80\x05\x95\x10", b"nonsense"])
-def test_a_torn_message_is_an_end(torn):
+def test_torn_message_closes_the_channel(torn):
     with pytest.raises(ChannelClosedError):
         Channel(io.BytesIO(torn), io.BytesIO()).receive()
 
 
-def test_when_the_panel_is_gone_the_run_is_aborted(ends):
+def test_loss_of_the_panel_aborts_the_run(ends):
     switch = Switch()
     Commands(ends.run, switch).start()
     ends.panel.close()
@@ -105,7 +105,7 @@ def confirm(commands, sent, switch=None):
     return answers.confirm("s", Confirm("Ready?", None)), answers.by
 
 
-def test_an_answer_is_waited_for_and_says_who_gave_it(ends, commands):
+def test_answer_is_awaited_and_names_its_author(ends, commands):
     sent = []
     ends.panel.send(Answer(99, "no", "an older prompt's"))
     ends.panel.send(Answer(1, "yes", BY))
@@ -117,7 +117,7 @@ def test_an_answer_is_waited_for_and_says_who_gave_it(ends, commands):
     assert hidden == Show({"prompt": None})
 
 
-def test_neither_a_stop_nor_a_pause_waits_for_an_answer(ends, commands):
+def test_stop_and_pause_interrupt_a_prompt(ends, commands):
     switch, sent = Switch(), []
     switch.abort(BY, WHY)
     with pytest.raises(AbortedError, match=WHY):
@@ -149,7 +149,7 @@ def test_a_second_click_does_not_end_the_next_pause(ends, commands):
     decided.join()
 
 
-def test_a_decision_that_came_with_the_pause_is_taken_at_once_if_it_can_be(ends, commands):
+def test_decision_sent_with_the_pause_is_taken_if_possible(ends, commands):
     pauses = PanelPauses(link_of(commands, []))
     ends.panel.send(Pause(BY, Decision(Choice.SKIP, BY, WHY)))
     wait_for(pauses.requested_by)
@@ -177,7 +177,7 @@ def installed():
 
 
 @pytest.mark.skipif(os.name == "nt", reason="a thread cannot be interrupted so there")
-def test_stop_breaks_off_whatever_the_main_thread_waits_for_once(ends, installed):
+def test_stop_interrupts_the_main_thread_once(ends, installed):
     Commands(ends.run, installed).start()
     os.kill(os.getpid(), signal.SIGINT)  # of the terminal: not the panel's
     began_s = time.monotonic()
@@ -191,7 +191,7 @@ def test_stop_breaks_off_whatever_the_main_thread_waits_for_once(ends, installed
 
 
 @pytest.mark.skipif(os.name == "nt", reason="a thread cannot be interrupted so there")
-def test_a_stop_before_the_job_interrupts_nothing_until_the_job_begins(installed):
+def test_stop_before_the_job_interrupts_it_at_its_start(installed):
     installed.stop(BY, WHY)
     time.sleep(0.05)  # a signal that is still on its way
     done = []
@@ -202,7 +202,7 @@ def test_a_stop_before_the_job_interrupts_nothing_until_the_job_begins(installed
 
 
 @pytest.mark.skipif(os.name == "nt", reason="a thread cannot be interrupted so there")
-def test_a_second_stop_does_not_interrupt_what_follows_the_first_one(installed):
+def test_second_stop_does_not_interrupt(installed):
     def stopped():
         installed.stop(BY, WHY)
         time.sleep(60)
@@ -226,28 +226,28 @@ def test_a_stop_after_the_job_interrupts_nothing(installed):
 
 @pytest.mark.skipif(os.name == "nt", reason="signals as POSIX has them")
 @pytest.mark.parametrize("number", [*ENDING, *SUSPENDING], ids=signal_name)
-def test_every_signal_that_ends_or_suspends_a_program_aborts_the_run(installed, number):
+def test_every_ending_or_suspending_signal_aborts_the_run(installed, number):
     os.kill(os.getpid(), number)
     wait_for(installed.is_set)  # another thread may have taken the signal
     assert signal_name(number) in installed.reason().message
     assert installed.reason().by == "signal"
 
 
-def test_once_the_run_has_ended_a_stop_interrupts_nothing():
+def test_stop_after_the_end_of_the_run_interrupts_nothing():
     switch = Switch()
     switch(RunEnded(seq=1, outcome=Outcome.COMPLETED, **KNOWN))
     switch.stop(BY, WHY)
     assert switch.is_set()
 
 
-def test_while_the_rig_is_made_safe_a_stop_interrupts_nothing():
+def test_stop_does_not_interrupt_making_the_rig_safe():
     switch = Switch()
     switch.stop_interrupting()
     switch.stop(BY, WHY)
     assert switch.is_set()
 
 
-def test_an_abort_says_who_and_why_and_the_first_one_counts(ends):
+def test_first_abort_gives_author_and_reason(ends):
     switch = Switch()
     Commands(ends.run, switch).start()
     ends.panel.send(Abort(BY, WHY))
@@ -271,7 +271,7 @@ class StuckPipe:
         pass
 
 
-def test_a_panel_that_does_not_read_loses_curves_and_no_event_and_the_run_never_waits():
+def test_stuck_panel_loses_curves_but_no_events_and_never_blocks():
     pipe = StuckPipe()
     sender = Sender(Channel(io.BytesIO(), pipe))
     block = Block(1000.0, 0, 1.0, {"t.torque": np.zeros(1000)})
@@ -287,7 +287,7 @@ def test_a_panel_that_does_not_read_loses_curves_and_no_event_and_the_run_never_
     assert sum(size < 4000 for size in sizes) == 1000
 
 
-def test_of_a_quick_scan_a_panel_is_told_some_points_and_the_last(monkeypatch):
+def test_fast_scan_is_thinned_but_keeps_its_last_point(monkeypatch):
     now_s = iter(np.arange(0.0, 10.0, 0.001))
     monkeypatch.setattr("rigrunner_panel.process.link.monotonic", lambda: next(now_s))
     pipe = io.BytesIO()
@@ -306,7 +306,7 @@ def test_of_a_quick_scan_a_panel_is_told_some_points_and_the_last(monkeypatch):
     assert len(numbers) == pytest.approx(1000 * 0.001 / 0.05 + 2, abs=1)
 
 
-def test_a_curve_is_what_was_recorded_in_half_the_bytes():
+def test_samples_are_sent_as_float32():
     pipe = io.BytesIO()
     sender = Sender(Channel(io.BytesIO(), pipe))
     values = np.linspace(-1, 1, 50)
@@ -319,7 +319,7 @@ def test_a_curve_is_what_was_recorded_in_half_the_bytes():
     assert curve.block.channels["t.a"] == pytest.approx(values, abs=1e-7)
 
 
-def test_a_file_in_the_present_folder_is_not_taken_for_a_module(tmp_path, monkeypatch):
+def test_file_in_working_directory_does_not_shadow_a_module(tmp_path, monkeypatch):
     (tmp_path / "numpy.py").write_text("raise SystemExit(3)", encoding="utf-8")
     monkeypatch.chdir(tmp_path)
     assert Process(ANALYST).close() == 0

@@ -18,7 +18,7 @@ from rigrunner_panel.view.sections import ResultView
 
 
 @pytest.mark.parametrize("unsafe", ["", "tester: load reads back 50 N, safe is 0 N"])
-def test_a_rig_that_is_not_safe_is_shown_beside_what_ended_the_run(unsafe):
+def test_unsafe_rig_is_shown_with_the_reason_of_the_end(unsafe):
     beside = f"; the rig is not safe: {unsafe}" if unsafe else ""
     ended = FinishedRun(
         folder=Path("runs/one"),
@@ -30,7 +30,7 @@ def test_a_rig_that_is_not_safe_is_shown_beside_what_ended_the_run(unsafe):
     assert finished_view(ended).error == f"stopped at the panel{beside}"
 
 
-def test_a_value_of_more_readings_stands_in_for_the_one_that_was_analysed():
+def test_live_value_of_more_readings_replaces_the_analysed_one():
     """Its U is not known yet; its limits stay. One of fewer readings is left out."""
     of = ResultDefinition(name="voltage", text="output voltage", unit="V", per=("current",))
 
@@ -52,7 +52,7 @@ def test_a_value_of_more_readings_stands_in_for_the_one_that_was_analysed():
     ]  # fmt: skip
 
 
-def test_a_count_says_what_it_counts():
+def test_count_coordinate_shows_its_name():
     of = ResultDefinition(name="friction", text="friction", unit="N·m", per=("cycles", "phase"))
     where = {"cycles": CoordinateValue(505.0), "phase": CoordinateValue("wear")}
     result = MeasurementResult(
@@ -70,5 +70,5 @@ def test_a_count_says_what_it_counts():
         (-0.001, 0.1, "0.00 ± 0.10"),
     ],
 )
-def test_a_value_has_the_digits_that_its_uncertainty_bears(value, width, text):
+def test_value_is_rounded_to_its_uncertainty(value, width, text):
     assert with_uncertainty(value, width) == text

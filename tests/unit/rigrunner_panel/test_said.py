@@ -226,7 +226,7 @@ def written(path: Path) -> Iterator[str]:
             yield from _texts(node)
 
 
-def test_every_sentence_of_the_table_is_still_said():
+def test_every_sentence_of_the_table_is_still_used():
     """Half of the longest run of words of each: many sentences are put together."""
     folders = ("runner", "plugins", "reports")
     modules = [path for name in folders for path in (ROOT.parents[1] / name).rglob("*.py")]
@@ -247,7 +247,7 @@ def test_every_sentence_of_the_table_is_still_said():
     assert [sentence for sentence in SAYS if sentence not in others and not is_said(sentence)] == []
 
 
-def test_what_is_left_out_is_still_said_somewhere():
+def test_every_exception_is_still_used():
     spoken = {text for module in SPEAKERS for _, text in sentences(ROOT / module)}
     assert spoken >= PIECES | NAMES
 
@@ -573,7 +573,7 @@ def translated(tmp_path_factory):
         ("", ""),
     ],
 )
-def test_a_sentence_is_said_in_german_whole_or_not_at_all(translated, english, german):
+def test_sentence_is_translated_completely_or_not_at_all(translated, english, german):
     assert translated(english) == [german]
 
 
@@ -599,7 +599,7 @@ PIECES_OF_CHECKS = {  # put together with others, or not for people who read the
 }  # fmt: skip
 
 
-def test_what_a_failing_check_found_is_said_in_german(translated):
+def test_texts_of_failing_checks_are_translated(translated):
     """Each sentence with numbers in its places; those above are put together with others."""
     texts = [
         text.replace("Q", "12")
@@ -776,7 +776,7 @@ def names_in_procedures():
         names_of_devices,
     ],
 )
-def test_what_is_really_said_is_said_in_german(translated, source):
+def test_texts_in_use_are_translated(translated, source):
     texts = [text for text in source() if text]
     assert len(texts) > 10
     unchanged = {text for text, now in zip(texts, translated(*texts), strict=True) if text == now}

@@ -27,7 +27,7 @@ def words(language):
     return json.loads((STATIC / "texts" / f"{language}.json").read_text(encoding="utf-8"))
 
 
-def test_both_languages_say_the_same_with_the_same_values():
+def test_both_languages_have_the_same_keys_and_placeholders():
     english, german = words("en"), words("de")
     assert list(english) == list(german)
     for key, text in english.items():
@@ -39,7 +39,7 @@ def test_both_languages_say_the_same_with_the_same_values():
         assert german[key].strip(), key
 
 
-def test_what_the_server_says_is_one_sentence_with_the_same_values_in_german():
+def test_german_server_texts_have_the_same_placeholders():
     rooms = words("said.de")
     sentences = [pair for room in rooms.values() for pair in room.items()]
     assert len(dict(sentences)) == len(sentences)
@@ -54,13 +54,13 @@ def test_what_the_server_says_is_one_sentence_with_the_same_values_in_german():
 
 
 @pytest.mark.parametrize("language", ["en", "de"])
-def test_what_puts_a_question_away_is_not_called_as_what_aborts_a_run(language):
+def test_label_of_cancel_is_unique(language):
     texts = words(language)
     others = {text for key, text in texts.items() if key != "dialog.cancel"}
     assert texts["dialog.cancel"] not in others
 
 
-def test_no_word_is_unused_and_none_is_missing():
+def test_no_text_is_unused_or_missing():
     code = "\n".join(path.read_text(encoding="utf-8") for path in MODULES)
     keys = set(words("en"))
     used_keys = set(re.findall(r'\bt\("([^"]+)"', code))
@@ -76,7 +76,7 @@ def test_no_word_is_unused_and_none_is_missing():
     assert unused == set()
 
 
-def test_the_page_has_nothing_inline_and_asks_nobody_else():
+def test_page_has_nothing_inline_and_no_foreign_addresses():
     page = (STATIC / "index.html").read_text(encoding="utf-8")
     assert not re.search(r"<style|\sstyle=|\son\w+=|<script(?![^>]*\ssrc=)", page)
     for path in [STATIC / "index.html", *MODULES, *sorted((STATIC / "css").glob("*.css"))]:
@@ -146,11 +146,11 @@ def evaluated(scripts):
         ("m.bytes(79100000000)", "79.1 GB"),
     ],
 )
-def test_numbers_are_shown_as_people_read_them(evaluated, expression, expected):
+def test_numbers_are_formatted_for_people(evaluated, expression, expected):
     assert evaluated("format", expression) == expected
 
 
-def test_the_screen_reads_the_frames_that_the_server_writes(evaluated):
+def test_screen_decodes_frames_of_the_server(evaluated):
     content = frame(
         {"kind": "curve", "recording": "ä", "t_s": 1.5},
         {"x": np.array([1.5, -2.25]), "y": np.array([0.5])},
@@ -166,7 +166,7 @@ def test_the_screen_reads_the_frames_that_the_server_writes(evaluated):
     assert read["curves"] == {"x": [1.5, -2.25], "y": [0.5]}
 
 
-def test_columns_of_the_trend_are_joined_filled_in_and_bounded(evaluated):
+def test_trend_columns_are_joined_filled_and_bounded(evaluated):
     expression = """(() => {
       const frame = (first, low, high) => ({ first, step_s: 0.1, reset: false,
         channel: "a.b", unit: "V",
@@ -187,7 +187,7 @@ def test_columns_of_the_trend_are_joined_filled_in_and_bounded(evaluated):
     assert (read["start"], read["last"]) == (300, 1499)
 
 
-def test_no_script_imports_itself_by_way_of_others():
+def test_scripts_have_no_circular_imports():
     left = {
         path: {
             (path.parent / name).resolve()
@@ -203,7 +203,7 @@ def test_no_script_imports_itself_by_way_of_others():
 
 
 @pytest.mark.parametrize(("job", "stays"), [("{run: 'A', title: 'x'}", True), ("{run: ''}", False)])
-def test_a_curve_of_an_earlier_job_does_not_stay(evaluated, job, stays):
+def test_curve_is_cleared_by_another_job(evaluated, job, stays):
     done = (
         "m.takeState({job: {run: 'A'}})",
         "m.takeFrame({kind: 'curve', recording: '001'})",
@@ -236,7 +236,7 @@ def test_a_curve_of_an_earlier_job_does_not_stay(evaluated, job, stays):
         ('"a b": {c: ', {"path": ["a b", "c"], "kind": "value", "word": ""}),
     ],
 )
-def test_the_editor_knows_where_in_a_text_it_is(evaluated, text, place):
+def test_editor_finds_the_place_in_a_text(evaluated, text, place):
     assert evaluated("editor/place", f"m.placeAt({json.dumps(text)})") == place
 
 
@@ -280,13 +280,13 @@ SCHEMA = json.dumps(
         (["none", 1, "such"], "key", []),
     ],
 )
-def test_what_the_schema_lets_stand_is_offered(evaluated, path, kind, labels):
+def test_completions_follow_the_schema(evaluated, path, kind, labels):
     place = json.dumps({"path": path, "kind": kind})
     shown = f"m.offered({SCHEMA}, {place}).map((each) => each.label)"
     assert evaluated("editor/schema", shown) == labels
 
 
-def test_a_key_comes_with_what_it_needs_and_its_help(evaluated):
+def test_completion_of_a_key_has_required_keys_and_help(evaluated):
     place = json.dumps({"path": ["main", 0], "kind": "key"})
     first = evaluated("editor/schema", f"m.offered({SCHEMA}, {place})[0]")
     assert (first["needed"], first["description"]) == (["time"], "Time passes.")
@@ -296,7 +296,7 @@ def test_a_key_comes_with_what_it_needs_and_its_help(evaluated):
     assert evaluated("editor/schema", f"m.explained({SCHEMA}, {rule}, 'v')") == "V."
 
 
-def test_the_built_editor_has_what_is_used_and_its_parts_are_pinned():
+def test_editor_bundle_exports_what_is_used_and_pins_its_packages():
     source = ROOT / ".ci/codemirror"
     named = json.loads((source / "package.json").read_text(encoding="utf-8"))["devDependencies"]
     locked = json.loads((source / "package-lock.json").read_text(encoding="utf-8"))
@@ -322,14 +322,14 @@ AMEND = (
         ("de", "unter Zertifikate ändern, oder den Grund für eine weitere Ausfertigung angeben"),
     ],
 )
-def test_advice_of_the_command_line_is_said_as_the_screen_has_it(evaluated, language, advice):
+def test_command_line_advice_is_reworded_for_the_screen(evaluated, language, advice):
     english, chosen = json.dumps(words("en")), json.dumps(words(language))
     say = "m.advice(en)" if language == "en" else f"m.translator({{}}, en, {chosen})"
     shown = f"((en) => [{json.dumps(AMEND)}, 'no advice'].map({say}))({english})"
     assert evaluated("said", shown) == [advice, "no advice"]
 
 
-def test_what_is_said_otherwise_on_the_screen_is_said_by_the_program():
+def test_reworded_advice_exists_in_the_program():
     sources = [
         path.read_text(encoding="utf-8")
         for package in ("rigrunner", "rigrunner_panel", "rigrunner_fleet")

@@ -47,7 +47,7 @@ def by_hand(name):
     return Recording(name, 100.0, "", {}, {"tester.torque": np.zeros(1)}, {"tester.torque": "N·m"})
 
 
-def test_a_finished_recording_is_analysed_though_channels_are_watched_meanwhile(watched):
+def test_finished_recording_is_analysed_between_watched_channels(watched):
     """The analyst is busy with the channels as a point is recorded, and more of them follow."""
     analyst, (first, second, third) = watched._process, map(by_hand, "abc")
     ended = EventStamp(SimulatedClock())(

@@ -73,7 +73,7 @@ def shown(site, depth_um):
     )
 
 
-def test_its_number_its_tile_and_its_section_stand_in_the_report(site):
+def test_plugin_headline_tile_and_section_are_in_the_report(site):
     page = shown(site, 12.5).stdout
     assert "Wear depth" in page
     assert '<span class="nowrap">12.5' in page
@@ -88,7 +88,7 @@ def test_its_number_its_tile_and_its_section_stand_in_the_report(site):
     assert "Deeper than" not in shown(site, 8).stdout
 
 
-def test_one_that_cannot_be_loaded_is_named(site):
+def test_sections_that_cannot_be_loaded_are_named(site):
     (site / "stranger_pages" / "__init__.py").write_text(PAGES.replace("SECTIONS =", "OTHERS ="))
     done = shown(site, 8)
     assert done.returncode != 0

@@ -65,13 +65,13 @@ OLD = Path(__file__).parents[2] / "data/0.1.0/certificates/SPECIMEN-DEMO-2026-00
 """Of version 0.1.0, with limits in N·m by the names of its members."""
 
 
-def test_a_risk_that_is_small_is_not_printed_as_none():
+def test_small_risk_is_not_printed_as_zero():
     wording = Wording(texts("de", {}))
     printed = [wording.percent(probability) for probability in (0.0, 3e-7, 0.025, 0.5, 1.0)]
     assert printed == ["< 0,01", "< 0,01", "2,5", "50", "100"]
 
 
-def test_a_result_without_uncertainty_is_named_with_its_place():
+def test_result_without_uncertainty_is_refused_with_its_coordinates():
     of = ResultDefinition(name="one", unit="V")
     at = {"bench.current": CoordinateValue(1.0, "A")}
     result = MeasurementResult(
@@ -132,7 +132,7 @@ def approved(source):
 
 
 @pytest.mark.parametrize("language", shipped_languages())
-def test_every_language_has_every_text_with_the_same_names(language):
+def test_every_language_has_every_text_with_same_placeholders(language):
     reference, translated = shipped("en"), shipped(language)
     assert set(translated) == set(reference)
     for key, text in translated.items():
@@ -141,7 +141,7 @@ def test_every_language_has_every_text_with_the_same_names(language):
         assert names(text) == names(reference[key]), key
 
 
-def test_a_second_language_is_shipped_and_is_another():
+def test_german_texts_differ_from_english_texts():
     assert shipped_languages() == ["de", "en"]
     german, english = shipped("de"), shipped("en")
     same = {key for key in english if german[key] == english[key]}
@@ -164,12 +164,12 @@ def test_a_second_language_is_shipped_and_is_another():
         ("a sentence of a plugin", "a sentence of a plugin"),
     ],
 )
-def test_what_a_run_recorded_is_said_in_german_where_it_is_known(recorded, german):
+def test_recorded_text_is_translated_where_known(recorded, german):
     assert said("de")(recorded) == german
     assert said("en")(recorded) == recorded
 
 
-def test_the_panel_and_certificates_say_a_sentence_alike():
+def test_panel_and_certificates_share_translations():
     table = Path(rigrunner_panel.__file__).parent / "static/texts/said.de.json"
     rooms = json.loads(table.read_bytes()).values()
     # The panel has little room: its words may say where they can be broken.
@@ -185,7 +185,7 @@ def test_the_panel_and_certificates_say_a_sentence_alike():
     assert {english for english in common if ours[english] != of_the_panel[english]} == set()
 
 
-def test_everything_that_a_certificate_can_say_by_a_code_has_its_words():
+def test_every_code_of_a_certificate_has_a_text():
     def options(model, field):
         return get_args(model.model_fields[field].annotation)
 
@@ -200,7 +200,7 @@ def test_everything_that_a_certificate_can_say_by_a_code_has_its_words():
 
 
 @pytest.mark.parametrize(("language", "words"), [("en", "as agreed"), ("de", "wie vereinbart")])
-def test_a_rule_of_a_plugin_is_printed_in_its_own_words(source, lab, language, words):
+def test_decision_rule_of_a_plugin_is_printed_with_its_own_text(source, lab, language, words):
     decision = replace(
         source.result.decision, rule="own: as agreed", rule_in={"de": "wie vereinbart"}
     )
@@ -211,7 +211,7 @@ def test_a_rule_of_a_plugin_is_printed_in_its_own_words(source, lab, language, w
     assert '"rule_words_in"' not in certificate_json(certificate_of(source, letterhead))
 
 
-def test_a_limit_stands_beside_its_unit_and_those_of_old_are_read(source, lab):
+def test_limits_have_units_and_old_certificates_are_read(source, lab):
     new = certificate_of(source, read_letterhead(lab, "en"))
     (statement,) = json.loads(certificate_json(new))["conformity"]["statements"]
     assert not [name for name in statement if name.endswith("_nm")]
@@ -223,7 +223,7 @@ def test_a_limit_stands_beside_its_unit_and_those_of_old_are_read(source, lab):
     assert old.conformity.statements[0].guard_band == pytest.approx(0.01095, abs=1e-5)
 
 
-def test_one_of_an_approved_procedure_on_a_real_rig_is_no_specimen(source, lab):
+def test_approved_procedure_on_real_rig_gives_no_specimen_certificate(source, lab):
     page = read_html(rendered(approved(source), lab))
     assert "Specimen" not in page.words
     assert "approved by B. Oss on 2026-01-02" in page.words
@@ -231,7 +231,7 @@ def test_one_of_an_approved_procedure_on_a_real_rig_is_no_specimen(source, lab):
 
 
 @pytest.mark.parametrize("which", ["stored", "no_load"])
-def test_a_draft_of_either_run_makes_it_a_specimen(source, which):
+def test_draft_procedure_of_either_run_gives_a_specimen_certificate(source, which):
     source = approved(source)
     run = source.stored if which == "stored" else source.stored.partners["no_load"]
     edited = replace(run.header, approval={"state": "draft", "note": "changed after approval"})
@@ -244,7 +244,7 @@ def test_a_draft_of_either_run_makes_it_a_specimen(source, which):
 
 
 @pytest.mark.parametrize("requested", [True, False])
-def test_of_a_trial_nothing_is_certified(source, requested):
+def test_trial_is_not_certified(source, requested):
     source = approved(source)
     trial = {
         n: i.model_copy(update={"calibration": "trial"})
@@ -257,7 +257,7 @@ def test_of_a_trial_nothing_is_certified(source, requested):
 
 
 @pytest.mark.parametrize("requested", [True, False])
-def test_of_an_inconclusive_check_nothing_is_certified(source, requested):
+def test_inconclusive_check_prevents_certification(source, requested):
     source = approved(source)
     inconclusive = Consequence.INCONCLUSIVE
     failed = Check("clipping", ok=False, text="it clips", consequence=inconclusive)
@@ -267,7 +267,7 @@ def test_of_an_inconclusive_check_nothing_is_certified(source, requested):
     assert (restriction.code, restriction.detail) == ("inconclusive_check", "clipping")
 
 
-def test_what_people_did_and_what_went_wrong_is_listed(source, lab):
+def test_interventions_and_faults_are_listed(source, lab):
     events = (
         Intervention(**AT, action="override", by="O. Ver", reason="urgent", subject="overdue TQ-1"),
         Intervention(**AT, action="pause", by="P. Auser", reason="tea"),
@@ -289,7 +289,7 @@ def test_what_people_did_and_what_went_wrong_is_listed(source, lab):
         assert line in words
 
 
-def test_no_text_of_anybody_becomes_markup(source, lab):
+def test_all_texts_are_escaped(source, lab):
     certificate = certificate_of(source, read_letterhead(lab))
 
     def evil(value, key=""):
@@ -315,7 +315,7 @@ def test_no_text_of_anybody_becomes_markup(source, lab):
     assert parse_certificate(certificate_json(bad), "x") == bad
 
 
-def test_the_same_results_are_drawn_once_for_all_forms_and_numbers(source, lab, monkeypatch):
+def test_same_results_are_drawn_once_for_all_certificates(source, lab, monkeypatch):
     drawn = []
     monkeypatch.setattr(render, "draw", lambda picture: drawn.append(picture) or draw(picture))
     render._draw.cache_clear()
@@ -331,7 +331,7 @@ def test_the_same_results_are_drawn_once_for_all_forms_and_numbers(source, lab, 
     assert max(map(len, of_each[2])) > 10_000  # the drawing, beside the logo
 
 
-def test_own_texts_go_before_the_shipped_ones(source, lab):
+def test_texts_of_the_lab_override_shipped_texts(source, lab):
     (lab / "texts").mkdir()
     path = lab / "texts" / "en.yaml"
     path.write_text("rigrunner: texts/1\ntexts: {title: Report of test}\n")
@@ -353,16 +353,14 @@ def test_own_texts_go_before_the_shipped_ones(source, lab):
         ),
     ],
 )
-def test_a_text_that_is_missing_or_wrong_is_an_error_not_a_blank(
-    source, lab, language, texts, message
-):
+def test_missing_or_wrong_text_is_an_error(source, lab, language, texts, message):
     (lab / "texts").mkdir()
     (lab / "texts" / f"{language}.yaml").write_text(f"rigrunner: texts/1\ntexts: {{{texts}}}\n")
     with pytest.raises(InvalidFileError, match=message):
         rendered(source, lab, language)
 
 
-def test_a_whole_language_of_ones_own_is_enough(source, lab):
+def test_lab_can_add_a_language(source, lab):
     (lab / "texts").mkdir()
     lines = [f"  {json.dumps(k)}: {json.dumps('x' + t)}" for k, t in shipped("en").items()]
     text = "\n".join(["rigrunner: texts/1", "texts:", *lines])
@@ -372,7 +370,7 @@ def test_a_whole_language_of_ones_own_is_enough(source, lab):
     assert "xStatement of conformity" in page.words
 
 
-def test_own_templates_go_before_the_shipped_ones(source, lab):
+def test_templates_of_the_lab_override_shipped_templates(source, lab):
     (lab / "templates").mkdir()
     (lab / "templates" / "head.html.j2").write_text("<h1>Our own {{ c.number }}</h1>")
     assert "Our own DEMO-2026-0007" in read_html(rendered(source, lab)).words
@@ -387,21 +385,21 @@ def test_own_templates_go_before_the_shipped_ones(source, lab):
         ("{{ t('no such key') }}", "KeyError"),
     ],
 )
-def test_a_template_that_is_wrong_or_means_harm_is_told(source, lab, template, message):
+def test_broken_or_malicious_template_is_refused(source, lab, template, message):
     (lab / "templates").mkdir()
     (lab / "templates" / "head.html.j2").write_text(template)
     with pytest.raises(InvalidFileError, match=message):
         rendered(source, lab)
 
 
-def test_without_weasyprint_it_says_how_to_get_pdf(monkeypatch):
+def test_missing_weasyprint_is_reported_with_install_hint(monkeypatch):
     monkeypatch.setitem(sys.modules, "weasyprint", None)
     with pytest.raises(MissingPackageError) as caught:
         pdf_maker(NoSettings())
     assert "rigrunner[pdf]" in caught.value.hint
 
 
-def test_without_pango_it_says_so_once_and_nothing_on_stdout(monkeypatch, capsys):
+def test_missing_pango_is_reported_without_output_on_stdout(monkeypatch, capsys):
     class Broken:
         def find_spec(self, name, *_):
             if name == "weasyprint":

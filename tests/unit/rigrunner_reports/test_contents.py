@@ -17,14 +17,14 @@ from unit.rigrunner_reports.helpers_report import loaded_result, no_load_result,
 
 
 @pytest.mark.parametrize("result", [loaded_result, no_load_result])
-def test_the_contents_name_every_section_in_its_order(result):
+def test_contents_list_every_section_in_order(result):
     page = html(report_input(result())).decode("utf-8")
     listed = re.findall(r'<li><a href="#([a-z]+)">', page)
     assert listed == re.findall(r'<section id="([a-z]+)"', page)
     assert len(listed) == len(set(listed)) >= 8
 
 
-def test_a_section_that_a_view_declares_stands_at_its_place():
+def test_section_declared_by_a_view_is_placed_in_order():
     report = report_input(loaded_result())
     names = [section.name for section, _ in contents(report, make_page(report))]
     assert names[:2] == ["result", "frequency"], "no value has a limit: nothing is shown"

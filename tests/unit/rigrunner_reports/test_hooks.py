@@ -7,7 +7,7 @@ from rigrunner.registry import load_registry
 from unit.rigrunner_reports.helpers_report import report_input
 
 
-def test_html_is_found_through_the_entry_point():
+def test_html_format_is_registered_by_entry_point():
     render = load_registry().make("report_format", "html", {})
     assert render(report_input()).startswith(b"<!DOCTYPE html>")
 

@@ -48,7 +48,7 @@ def read(element):
         ("number_1 + t", "0 °C+t"),
     ],
 )
-def test_what_is_seen_is_what_was_written(text, shown):
+def test_mathml_shows_the_written_expression(text, shown):
     formula = Formula(of="r", symbol="Y", text=text, quantities={"number_1": "0 °C"})
     root = ET.fromstring(str(equation(formula)))  # noqa: S314  (our own)
     assert read(root) == f"Y={shown}"

@@ -43,7 +43,5 @@ def budget_of(unit, *lines):
         ("V/W", (2e-6, "widgets", 2.0), ("2.00 x 10⁻⁶", "widgets", "2.00", "4.00 x 10⁻⁶")),
     ],
 )
-def test_an_input_of_a_budget_has_the_unit_of_the_result_or_one_that_is_easy_to_read(
-    unit, line, shown
-):
+def test_budget_input_has_unit_of_the_result_or_a_readable_one(unit, line, shown):
     assert budget_of(unit, line) == [shown]

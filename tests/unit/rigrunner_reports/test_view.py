@@ -41,7 +41,7 @@ def test_failed_checks_come_first_with_their_method(result):
     ]
 
 
-def test_a_check_that_was_not_made_is_none_that_passed(result):
+def test_skipped_check_does_not_count_as_passed(result):
     rows = check_rows(replace(result, checks=(*result.checks, skipped("load", "no load is known"))))
     assert [row.name for row in rows if not row.was_made] == ["load"]
     assert [row.ok for row in rows] == [False, False, True, True, True]
@@ -64,13 +64,13 @@ def test_every_verdict_has_symbol_and_word(result, verdict):
     assert shown.word == str(verdict)
 
 
-def test_a_stopped_run_has_no_verdict_but_what_the_rule_would_say(result):
+def test_stopped_run_has_no_verdict_but_shows_outcome_of_rule(result):
     shown = decided.DecisionView(result.decision, complete=False)
     assert shown.verdict.word == "no verdict"
     assert "the rule would say: pass" in shown.reason
 
 
-def test_an_overdue_instrument_is_called_overdue(result):
+def test_overdue_instrument_is_marked(result):
     late = INSTRUMENT.model_copy(update={"due": date(2026, 3, 1)})
     on_the_day = INSTRUMENT.model_copy(update={"due": date(2026, 3, 2)})
     unzeroed = replace(result.run, instruments={"a": late, "b": on_the_day}, zeros={})
@@ -98,7 +98,7 @@ def test_a_zeroed_force_is_in_newtons(result):
     assert row["Zero taken off"] == "-0.25 N"
 
 
-def test_an_entry_says_what_its_calibration_covers(result):
+def test_instrument_entry_shows_what_its_calibration_covers(result):
     cell = {
         "channel": "tester.load",
         "measures": "force",
@@ -131,7 +131,7 @@ def with_no_load(result, run):
     return replace(result, run=replace(result.run, partners={"no_load": run}))
 
 
-def test_a_run_on_a_draft_is_not_for_certification(result):
+def test_run_of_draft_procedure_is_not_for_certification(result):
     approved = {"state": "approved", "by": "A. Jones", "utc": "2026-02-01T10:00:00Z"}
     changed = {"state": "draft", "note": "the procedure was changed after its approval"}
     of = {
@@ -150,7 +150,7 @@ def test_a_run_on_a_draft_is_not_for_certification(result):
     assert dict(run.facts(of["approved"]))["State"] == ("approved by A. Jones on 2026-02-01")
 
 
-def test_what_was_let_pass_stands_above_the_number():
+def test_only_override_events_are_listed_as_overrides():
     events = [{"utc": "", "kind": kind, "text": kind} for kind in ("note", "override", "abort")]
     assert run.overrides(events) == ("override",)
 
@@ -162,7 +162,7 @@ def test_a_period_over_midnight_has_both_dates(result):
     )
 
 
-def test_settings_are_shown_by_the_name_of_their_plugin(result):
+def test_settings_are_listed_under_their_plugin(result):
     assert dict(run.settings(result)) == {
         "despike › window": "11",
         "outliers › grubbs › alpha": "0.05",
@@ -171,7 +171,7 @@ def test_settings_are_shown_by_the_name_of_their_plugin(result):
     }
 
 
-def test_an_unfinished_no_load_run_is_said_above_the_number(result):
+def test_unfinished_no_load_run_gives_a_warning(result):
     assert run.warnings(result) == ()
     stopped = with_no_load(result, replace(result.run.partners["no_load"], outcome="error"))
     assert run.warnings(stopped) == (
@@ -191,7 +191,7 @@ def test_several_limits_are_listed_one_by_one(result):
     assert rows[1].result.startswith("1.200 ± 0.020")
 
 
-def test_the_risk_of_the_rule_is_stated(result):
+def test_risk_of_the_decision_rule_is_stated(result):
     stated = deciding(
         result.decision, guard_band=0.01, false_accept_risk=0.025, false_reject_risk=0.975
     )
@@ -202,7 +202,7 @@ def test_the_risk_of_the_rule_is_stated(result):
     assert (without.risk, without.guard_band) == ("not determined", "")
 
 
-def test_an_imported_run_says_who_made_it(result):
+def test_imported_run_names_its_program_and_author(result):
     assert run.import_notes(result) == ()
     by = {"program": "Old.vi", "by": "A. Jones"}
     loaded, no_load = (replace(data, imported=by) for data in (result.run, result.run))
