@@ -421,10 +421,10 @@ class TestWithAToken:
             yield test_client
 
     @pytest.mark.parametrize(
-        "given", ["", "Bearer", "Bearer wrong", f"Basic {TOKEN}", f"Bearer {TOKEN}x", "Bearer é"]
+        "header", ["", "Bearer", "Bearer wrong", f"Basic {TOKEN}", f"Bearer {TOKEN}x", "Bearer é"]
     )
-    def test_requests_without_token_are_refused(self, client, given):
-        headers = {"Authorization": given.encode()} if given else {}
+    def test_requests_without_token_are_refused(self, client, header):
+        headers = {"Authorization": header.encode()} if header else {}
         for path in (
             "/api/v1/state",
             "/api/v1/runs",

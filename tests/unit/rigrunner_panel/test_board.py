@@ -1,4 +1,4 @@
-"""The state: every change is told once, and the whole is what the deltas add up to."""
+"""The state: every change is sent once, and the deltas add up to the whole."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""`rigrunner panel`, as far as it goes without being served."""
+"""Errors of `rigrunner panel` before it serves."""
 
 from __future__ import annotations
 
@@ -40,8 +40,8 @@ def test_public_name_requires_a_token(tmp_path):
 def test_port_in_use_is_reported(tmp_path):
     import socket  # noqa: PLC0415  (this test alone listens)
 
-    with socket.create_server(("127.0.0.1", 0)) as listening:
-        port = listening.getsockname()[1]
+    with socket.create_server(("127.0.0.1", 0)) as listener:
+        port = listener.getsockname()[1]
         called = call("panel", "--no-browser", "--port", str(port), "--runs", tmp_path)
     assert called.code == 2
     assert f"cannot listen on 127.0.0.1, port {port}" in called.err

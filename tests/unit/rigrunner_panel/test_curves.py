@@ -1,4 +1,4 @@
-"""Curves for the screen: what is shown is what was recorded, and no more is kept than is shown."""
+"""Curves and trends for the screen: correct values in bounded memory."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ def test_trend_column_has_the_extremes_of_its_samples(sizes, start_s, rate_hz):
         trend.take(start_s + first / rate_hz, rate_hz, values[first : first + size])
         first += size
     low_at, low, high = trend.since(0)
-    # independently: each sample on its own, at the time that its block gives it
+    # independently: each sample alone, at the time given by its block
     expected: dict[int, list[float]] = {}
     first = 0
     for size in sizes:
@@ -102,7 +102,7 @@ def test_curve_is_sent_with_its_axes_and_end_time():
         "x": [0, 180, 360], "measured": [1, 2, 1], "corrected": [0.5, 1.5, 0.5],
     }  # fmt: skip
     assert curves.next_curve() is None
-    later = parse_frame(curves.all_frames()[1])[0]  # a screen that comes later
+    later = parse_frame(curves.all_frames()[1])[0]  # for a screen that connects later
     assert later.pop("late_s") >= header.pop("late_s")
     assert later == header
 
@@ -148,4 +148,4 @@ def test_trend_shows_first_listed_recorded_channel_in_its_display_unit():
     curves.take(samples("002", block_of(np.ones(200), name="other.x")), 1.0, units)
     header, arrays = parse_frame(curves.next_trend())
     assert (header["channel"], header["unit"]) == ("other.x", "")
-    assert np.nanmax(arrays["maximum"]) == 1  # nothing of the other channel
+    assert np.nanmax(arrays["maximum"]) == 1  # nothing of the former channel

@@ -1,4 +1,4 @@
-"""The description of the API: it has every route, every message, and all that the screen asks."""
+"""The description of the API: every route, every message, and every request of the screen."""
 
 from __future__ import annotations
 
@@ -90,16 +90,16 @@ def test_schemas_match_the_state_and_forbid_extra_fields(description, client):
 
 def test_every_socket_message_is_described(description, client, panel):
     schemas = description["components"]["schemas"]
-    texts = {one["properties"]["type"]["const"]: one for one in schemas["Message"]["oneOf"]}
+    by_type = {item["properties"]["type"]["const"]: item for item in schemas["Message"]["oneOf"]}
     job = JobView(kind="run", procedure="p", station="s")
     story = Story(panel.rig("simulated").board, job, panel)
     kinds = set()
     with client.websocket_connect(EVENTS) as socket:
         story.take(Show({"plan": PlanView(estimated_s=1.0, steps=())}))
         story.take(Note(seq=0, monotonic_s=0, utc="", step="main[0]", text="a note"))
-        while kinds != set(texts):
+        while kinds != set(by_type):
             message = socket.receive_json()
-            described = texts[message["type"]]
+            described = by_type[message["type"]]
             assert set(message) == set(described["required"])
             if message["type"] == "delta":
                 changes = described["properties"]["changes"]
@@ -159,7 +159,7 @@ def test_api_page_lists_every_request_and_section():
         assert f"| `{section}` |" in page
     named = re.findall(r"`(?:GET|POST) (/api/[^`?]+)`", page)
     others = {"/api/v1/openapi.json"}
-    assert set(named) - others <= {each.path for each in OPERATIONS}
+    assert set(named) - others <= {operation.path for operation in OPERATIONS}
     rows = re.findall(r"^\| `(\w+)`", page, re.MULTILINE)
     assert set(get_args(Phase)) <= set(rows)
 
@@ -172,15 +172,15 @@ _TEXT = re.compile(r"\"([^\"\n]*)\"|`([^`]*)`")
 _VALUE = re.compile(r"const (\w+) = `([^`]*)`")
 
 
-def _routes(module, text):
-    """Return what a path in a script may be as a route: each unknown part of it is '*'."""
+def _as_route(module, text):
+    """Return a path in a script as a route, with '*' for each unknown part."""
     values = dict(_VALUE.findall(module))
     while named := re.search(r"\$\{(\w+)\}", text):
         text = text.replace(named[0], values.get(named[1], "*"))
     return re.sub(r"\$\{[^}]*\}", "*", text)
 
 
-def _is_one(path, method=None):
+def _is_known(path, method=None):
     pattern = "".join("[^/]+" if part == "*" else re.escape(part) for part in path)
     operations = [operation for operation in OPERATIONS if method in (None, operation.method)]
     return any(re.fullmatch(f"/api/v1/{pattern}", operation.path) for operation in operations)
@@ -192,19 +192,19 @@ def test_screen_sends_only_described_requests():
     requested = set()
     for script in SCRIPTS:
         module = script.read_text(encoding="utf-8")
-        beyond = re.findall(r"\b(fetch|WebSocket|XMLHttpRequest|EventSource|sendBeacon)\(", module)
-        mine = {"client.js": ["fetch"] * 2, "texts.js": ["fetch"], "link.js": ["WebSocket"]}
-        assert beyond == mine.get(script.name, []), script
+        calls = re.findall(r"\b(fetch|WebSocket|XMLHttpRequest|EventSource|sendBeacon)\(", module)
+        expected = {"client.js": ["fetch"] * 2, "texts.js": ["fetch"], "link.js": ["WebSocket"]}
+        assert calls == expected.get(script.name, []), script
         for function, argument in _CALL.findall(module):
             if argument[0] in '"`':
-                path = _routes(module, argument[1:-1])
-                assert _is_one(path, METHODS[function]), f"{script.name}: {function}({argument})"
+                path = _as_route(module, argument[1:-1])
+                assert _is_known(path, METHODS[function]), f"{script.name}: {function}({argument})"
                 requested.add(path)
-            elif script.name != "steer.js":  # a variable: then every text that may be a path is one
-                begun = {text for _, text in _VALUE.findall(module)}
+            elif script.name != "steer.js":  # a variable: check every text that may be a path
+                prefixes = {text for _, text in _VALUE.findall(module)}
                 texts = ("".join(match) for match in _TEXT.findall(module))
-                routes = [_routes(module, text) for text in texts if text not in begun]
+                routes = [_as_route(module, text) for text in texts if text not in prefixes]
                 paths = [path for path in routes if path.split("/")[0] in firsts and "/" in path]
-                assert all(map(_is_one, paths)), f"{script.name}: {paths}"
+                assert all(map(_is_known, paths)), f"{script.name}: {paths}"
                 requested |= set(paths)
     assert {"stop", "queue/hold", "run/repeat", "runs/*/certificates/*/sign", "*s"} <= requested

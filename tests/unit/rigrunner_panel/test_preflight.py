@@ -1,4 +1,4 @@
-"""What a preflight finds, and that it leaves every device safe and closed."""
+"""The items of a preflight, which leaves every device safe and closed."""
 
 from __future__ import annotations
 

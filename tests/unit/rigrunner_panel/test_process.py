@@ -1,4 +1,4 @@
-"""What passes between a panel and the process of its run: in order, and never in the run's way."""
+"""Messages between a panel and the process of its run: in order, and never blocking the run."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ from rigrunner_panel.process.messages import Abort, Answer, Decide, Pause, PutOn
 from rigrunner_panel.process.person import PanelAnswers, PanelPauses
 from rigrunner_panel.process.switch import Switch
 
-KNOWN = {"monotonic_s": 1.0, "utc": "2026-03-01T12:00:00.000Z"}
+STAMP = {"monotonic_s": 1.0, "utc": "2026-03-01T12:00:00.000Z"}
 BY, WHY = "Ann", "because"
 
 
@@ -125,7 +125,7 @@ def test_stop_and_pause_interrupt_a_prompt(ends, commands):
     ends.panel.send(Pause(BY))
     with pytest.raises(PauseRequestedError):
         confirm(commands, sent)
-    assert sent[-1] == Show({"prompt": None})  # the screen's question is gone, too
+    assert sent[-1] == Show({"prompt": None})  # the question has left the screen, too
 
 
 PAUSED = Paused("s", "p", "why", (), (Choice.RESUME, Choice.SKIP, Choice.ABORT))
@@ -139,14 +139,14 @@ def test_a_second_click_does_not_end_the_next_pause(ends, commands):
     ends.panel.send(Decide(Decision(Choice.RESUME, BY)))
     ends.panel.send(Decide(Decision(Choice.RESUME, BY)))
     wait_for(lambda: commands._decisions.qsize() == 2)
-    decided = threading.Timer(0.3, lambda: ends.panel.send(Decide(Decision(Choice.SKIP, BY, WHY))))
-    decided.start()
+    skip = threading.Timer(0.3, lambda: ends.panel.send(Decide(Decision(Choice.SKIP, BY, WHY))))
+    skip.start()
     assert pauses.decide(PAUSED, lambda: looks.append(1)).choice is Choice.SKIP
-    (paused, went_on) = (message.sections for message in sent)
+    (paused, resumed) = (message.sections for message in sent)
     assert paused["pause"].choices == ("resume", "skip", "abort")
-    assert went_on == {"pause": None}
+    assert resumed == {"pause": None}
     assert (pauses.requested_by(), len(looks) > 1) == ("", True)
-    decided.join()
+    skip.join()
 
 
 def test_decision_sent_with_the_pause_is_taken_if_possible(ends, commands):
@@ -167,7 +167,7 @@ def test_decision_sent_with_the_pause_is_taken_if_possible(ends, commands):
 
 @pytest.fixture
 def installed():
-    """A switch that takes the signals of this process."""
+    """Return a switch that handles the signals of this process."""
     former = {number: signal.getsignal(number) for number in (signal.SIGINT, *ENDING, *SUSPENDING)}
     switch = Switch()
     switch.install()
@@ -179,7 +179,7 @@ def installed():
 @pytest.mark.skipif(os.name == "nt", reason="a thread cannot be interrupted so there")
 def test_stop_interrupts_the_main_thread_once(ends, installed):
     Commands(ends.run, installed).start()
-    os.kill(os.getpid(), signal.SIGINT)  # of the terminal: not the panel's
+    os.kill(os.getpid(), signal.SIGINT)  # from the terminal, not from the panel
     began_s = time.monotonic()
     threading.Timer(0.1, lambda: ends.panel.send(Stop(BY, WHY))).start()
     with pytest.raises(StopNow) as stopped, installed.interruptible():
@@ -187,7 +187,7 @@ def test_stop_interrupts_the_main_thread_once(ends, installed):
     assert time.monotonic() - began_s < 30
     assert (stopped.value.by, WHY in stopped.value.reason) == (BY, True)
     ends.panel.send(Stop(BY, "again"))
-    time.sleep(0.1)  # the rig is being made safe: a second stop must not break that off
+    time.sleep(0.1)  # the rig is being made safe: a second stop must not interrupt that
 
 
 @pytest.mark.skipif(os.name == "nt", reason="a thread cannot be interrupted so there")
@@ -224,7 +224,7 @@ def test_a_stop_after_the_job_interrupts_nothing(installed):
     assert installed.is_set()
 
 
-@pytest.mark.skipif(os.name == "nt", reason="signals as POSIX has them")
+@pytest.mark.skipif(os.name == "nt", reason="POSIX signals")
 @pytest.mark.parametrize("number", [*ENDING, *SUSPENDING], ids=signal_name)
 def test_every_ending_or_suspending_signal_aborts_the_run(installed, number):
     os.kill(os.getpid(), number)
@@ -235,7 +235,7 @@ def test_every_ending_or_suspending_signal_aborts_the_run(installed, number):
 
 def test_stop_after_the_end_of_the_run_interrupts_nothing():
     switch = Switch()
-    switch(RunEnded(seq=1, outcome=Outcome.COMPLETED, **KNOWN))
+    switch(RunEnded(seq=1, outcome=Outcome.COMPLETED, **STAMP))
     switch.stop(BY, WHY)
     assert switch.is_set()
 
@@ -277,8 +277,8 @@ def test_stuck_panel_loses_curves_but_no_events_and_never_blocks():
     block = Block(1000.0, 0, 1.0, {"t.torque": np.zeros(1000)})
     began_s = time.monotonic()
     for number in range(1000):
-        sender(Samples(seq=number, recording="r", block=block, **KNOWN))
-        sender(Note(seq=number, step="s", text="t", **KNOWN))
+        sender(Samples(seq=number, recording="r", block=block, **STAMP))
+        sender(Note(seq=number, step="s", text="t", **STAMP))
     assert time.monotonic() - began_s < 10
     pipe.free.set()
     sender.close()
@@ -294,8 +294,8 @@ def test_fast_scan_is_thinned_but_keeps_its_last_point(monkeypatch):
     sender = Sender(Channel(io.BytesIO(), pipe))
     for point in range(1000):
         row = {"step": "s", "point": point, "measurement": "m", "setpoints": {}, "values": {}}
-        sender(Scanned(seq=point, **row, **KNOWN))
-    sender(Note(seq=1000, step="s", text="t", **KNOWN))
+        sender(Scanned(seq=point, **row, **STAMP))
+    sender(Note(seq=1000, step="s", text="t", **STAMP))
     sender.close()
     numbers, channel = [], Channel(io.BytesIO(pipe.getvalue()), io.BytesIO())
     with suppress(ChannelClosedError):
@@ -310,7 +310,7 @@ def test_samples_are_sent_as_float32():
     pipe = io.BytesIO()
     sender = Sender(Channel(io.BytesIO(), pipe))
     values = np.linspace(-1, 1, 50)
-    sender(Samples(seq=1, recording="r", block=Block(1e3, 100, 1.0, {"t.a": values}), **KNOWN))
+    sender(Samples(seq=1, recording="r", block=Block(1e3, 100, 1.0, {"t.a": values}), **STAMP))
     sender.close()
     curve = Channel(io.BytesIO(pipe.getvalue()), io.BytesIO()).receive()
     assert isinstance(curve, Samples)

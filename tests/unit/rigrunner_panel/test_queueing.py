@@ -42,8 +42,8 @@ def post(client, path, status=200, headers=ANN, **body):
 
 
 def entries(client):
-    listed = client.get("/api/v1/queue").json()["entries"]
-    return [(entry["specimen"], entry["status"]) for entry in listed]
+    items = client.get("/api/v1/queue").json()["entries"]
+    return [(entry["specimen"], entry["status"]) for entry in items]
 
 
 def test_a_list_is_added_moved_held_released_and_skipped(client):
@@ -164,23 +164,23 @@ def test_another_site_cannot_propose(client, origin):
 
 
 def test_stop_does_not_wait_for_the_queue_or_its_lock(client, panel):
-    """Forty requests wait for a file that another program holds; Stop is answered all the same."""
+    """Requests wait for a file that another program has locked; Stop is answered nevertheless."""
     panel.settings.runs.mkdir()
-    named = {**PAIR, "by": "LIMS"}
+    proposal = {**PAIR, "by": "LIMS"}
     with FileLock(panel.settings.runs / ".queue.lock"), panel.rig("simulated").sequence.lock:
-        jobs = [
+        threads = [
             threading.Thread(
-                target=client.post, args=("/api/v1/queue/propose",), kwargs={"json": named}
+                target=client.post, args=("/api/v1/queue/propose",), kwargs={"json": proposal}
             )
             for _ in range(45)
         ]
-        for job in jobs:
-            job.start()
+        for thread in threads:
+            thread.start()
         time.sleep(0.5)
         assert client.post("/api/v1/stop", json={}).json() == {"ok": True, "stopped": False}
-        assert all(job.is_alive() for job in jobs), "Stop waited for one of them"
-    for job in jobs:
-        job.join()
+        assert all(thread.is_alive() for thread in threads), "Stop waited for one of them"
+    for thread in threads:
+        thread.join()
 
 
 def test_stop_cancels_automatic_starts(client, panel):
@@ -200,7 +200,7 @@ def test_start_cancelled_by_stop_is_shown_on_every_screen(client, panel):
     queueing.refresh(rig)
     client.post("/api/v1/stop", json={})
     queueing.tick(rig)
-    shown = rig.board.get("queue")  # a request for the queue would make it again
+    shown = rig.board.get("queue")  # a request for the queue would refresh it
     assert (shown.automatic_by, shown.starting) == ("", None)
 
 

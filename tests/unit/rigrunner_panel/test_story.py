@@ -1,4 +1,4 @@
-"""What a run tells, as the screen shows it."""
+"""The state of a run, as the screen shows it."""
 
 from __future__ import annotations
 
@@ -79,11 +79,11 @@ def event(kind, **fields):
     return kind(**{**common, **fields})
 
 
-def planned(plan):
+def show_plan(plan):
     return Show({"plan": plan})
 
 
-def begun(index, recording=""):
+def started(index, recording=""):
     common = {"step": f"main[{index}]", "index": index, "action": "record", "text": f"step {index}"}
     return event(StepStarted, **common, recording=recording)
 
@@ -101,7 +101,7 @@ def board():
 def story(board):
     job = JobView(kind="run", procedure="p", station="s", realtime=False)
     story = Story(board, job, NoLinks())
-    story.take(planned(PLAN))
+    story.take(show_plan(PLAN))
     return story
 
 
@@ -146,8 +146,8 @@ def test_phase_follows_the_messages(board, story):
 def test_step_states_follow_the_run(board, story):
     states = []
     for message in (
-        begun(0), ended(0), begun(1, "001"), ended(1, ok=False), begun(1, "001"), ended(1),
-        begun(2, "002"), event(Intervention, action="skip", by="Ann"), begun(3, "003"),
+        started(0), ended(0), started(1, "001"), ended(1, ok=False), started(1, "001"), ended(1),
+        started(2, "002"), event(Intervention, action="skip", by="Ann"), started(3, "003"),
     ):  # fmt: skip
         story.take(message)
         states.append(board.get("progress").states)
@@ -161,7 +161,7 @@ def test_step_states_follow_the_run(board, story):
 def test_recording_of_statistics_only_is_shown_while_it_runs(board, story):
     wave = np.sin(np.arange(1000) / 30)
     story.take(event(RunStarted, **STARTED))
-    story.take(begun(1))
+    story.take(started(1))
     block = Block(1000.0, 0, 0.0, {"tester.force": wave})
     story.take(event(Samples, recording="", block=block, monotonic_s=1.0))
     cycle = Curve(title="c", x=Axis("t"), y=Axis("F"), at=wave, series={"": wave}, end_s=1.0)
@@ -174,13 +174,13 @@ def test_recording_of_statistics_only_is_shown_while_it_runs(board, story):
 
 
 def test_step_interrupted_by_a_pause_is_pending_not_failed(board, story):
-    for message in (begun(0), ended(0), begun(1, "001"), ended(1, ok=False)):
+    for message in (started(0), ended(0), started(1, "001"), ended(1, ok=False)):
         story.take(message)
     assert board.get("progress").states == "ox.."
     story.take(Show({"pause": PAUSE}))
     assert board.get("progress").states == "o..."
     assert board.get("progress").left_s == 30.0
-    story.take(begun(1, "001"))
+    story.take(started(1, "001"))
     assert board.get("progress").states == "or.."
 
 
@@ -197,7 +197,7 @@ def read_back(index, **values):
 
 
 def test_set_points_and_readings_have_units(board, story):
-    story.take(planned(SETTING))
+    story.take(show_plan(SETTING))
     story.take(read_back(0, frequency=5.0))
     story.take(read_back(1, load=998.0))
     story.take(ended(2, values={"t.temperature": 296.15}, units=UNITS))
@@ -209,7 +209,7 @@ def test_set_points_and_readings_have_units(board, story):
 
 
 def test_drive_shows_set_point_and_read_back_unless_its_set_failed(board, story):
-    story.take(planned(SETTING))
+    story.take(show_plan(SETTING))
     story.take(ended(1, values={"t.load": 0.4}, units=UNITS))
     story.take(read_back(1, load=998.0))
     load = board.get("readings")["t.load"]
@@ -222,7 +222,7 @@ def test_drive_shows_set_point_and_read_back_unless_its_set_failed(board, story)
 
 def test_a_set_point_is_in_the_unit_of_the_procedure(board, story):
     (drive,) = sets = {"c.temperature": 253.15}
-    story.take(planned(PlanView(estimated_s=1.0, steps=(step(0, "", **sets),))))
+    story.take(show_plan(PlanView(estimated_s=1.0, steps=(step(0, "", **sets),))))
     common = {"index": 0, "action": "set", "step": "main[0]"}
     story.take(event(StepStarted, **common, text="", written_in={drive: "°C"}))
     story.take(event(StepEnded, **common, ok=True, values={drive: 253.19}, units={drive: "K"}))
@@ -240,7 +240,7 @@ def test_drive_set_by_hand_shows_its_set_point(board, story):
 
 
 def test_drive_made_safe_shows_read_back_and_no_set_point(board, story):
-    story.take(planned(SETTING))
+    story.take(show_plan(SETTING))
     story.take(read_back(0, frequency=5.0))
     story.take(read_back(1, load=999.0))
     safe = {"t.load": 1.5, "t.frequency": 0.0}
@@ -303,7 +303,7 @@ def test_new_job_clears_the_earlier_one(board):
     fresh = {name: board.get(name) for name in SECTIONS}
     story.take(Show({"plan": PLAN, "channels": CHANNELS}))
     story.take(event(RunStarted, **STARTED))
-    story.take(begun(1, "001"))
+    story.take(started(1, "001"))
     story.take(ended(0, action="set", values={"t.load": 1.0}, units={"t.load": "N"}))
     story.take(Values({"t.load": 999.0}, 1795435200.0, 0.5))
     story.take(event(Alarm, source="x", text="hot"))
@@ -323,7 +323,7 @@ def test_new_job_clears_the_earlier_one(board):
     assert {name: board.get(name) for name in SECTIONS} == fresh
 
 
-def scan_begun(index):
+def scan_started(index):
     fields = {"setpoints": {"t.frequency": 5.0}, "units": {"t.frequency": "Hz", "t.load": "N"}}
     return event(
         StepStarted, step=f"main[{index}]", index=index, action="scan", text="Scan", **fields
@@ -339,10 +339,10 @@ def row(point, load):
 def test_scan_shows_its_points_and_progress(board):
     scan = step(1, "").model_copy(update={"scan_points": 4, "action": "scan"})
     story = Story(board, JobView(kind="run", procedure="p", station="s"), NoLinks())
-    story.take(planned(PlanView(estimated_s=20.0, steps=(SETTING.steps[0], scan))))
+    story.take(show_plan(PlanView(estimated_s=20.0, steps=(SETTING.steps[0], scan))))
     units = {"t.frequency": "Hz"}
     story.take(ended(0, action="set", values={"t.frequency": 5.0}, units=units))
-    story.take(scan_begun(1))
+    story.take(scan_started(1))
     events = board.events(-1)
     for point, load in enumerate((10.0, 20.0, 40.0)):
         story.take(row(point, load))
@@ -354,7 +354,7 @@ def test_scan_shows_its_points_and_progress(board):
     assert (progress.scanned, progress.scan_points) == (3, 4)
     assert (progress.done_s, progress.left_s) == (10.0 + 7.5, 2.5)
     assert board.events(-1) == events
-    story.take(scan_begun(1))  # once more: from its first point
+    story.take(scan_started(1))  # once more: from its first point
     assert board.get("progress").scanned == 0
     story.take(ended(1, action="scan"))
     assert (board.get("progress").scanned, board.get("progress").scan_points) == (0, 0)
@@ -365,7 +365,7 @@ def test_current_value_updates_reading_and_keeps_set_point(board, story):
     story.take(Show({"channels": CHANNELS, "plan": SETTING}))
     story.take(read_back(1, load=1000.0))
     story.take(Values({"t.load": 999.0, "t.temperature": 300.0}, 1795435200.0, 0.5))
-    (name,) = board.get("readings")  # what no step has set or read is among the channels alone
+    (name,) = board.get("readings")  # what no step has set or read is only among the channels
     now = board.get("readings")[name]
     assert (now.value, now.set, now.utc) == (999.0, 1000.0, "2026-11-23T12:00:00.000Z")
 
@@ -431,7 +431,7 @@ def test_late_interim_result_does_not_replace_final_result(board, story):
 
 
 def test_lost_process_is_reported_with_advice(board, story):
-    for message in (event(RunStarted, **STARTED), begun(0), ended(0), begun(1, "001")):
+    for message in (event(RunStarted, **STARTED), started(0), ended(0), started(1, "001")):
         story.take(message)
     story.lost(-9)
     assert board.get("phase") == "finished"

@@ -1,4 +1,4 @@
-"""Several stored runs at the panel: laid over each other, and charted."""
+"""Several stored runs at the panel: overlays and charts."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ CLIENT = {"X-Rigrunner-Client": "client-ann"}
 TORQUES = [0.70 + 0.001 * (5 * day % 11) for day in range(20)]
 HIGH = 0.90
 D2 = 1.128
-"""Of moving ranges of two values (ISO 7870-2, table 2)."""
+"""For moving ranges of two values (ISO 7870-2, table 2)."""
 
 
 @pytest.fixture(scope="module")
@@ -96,7 +96,7 @@ def test_overlay_shows_results_with_their_uncertainty(client, runs):
     overlay = client.get("/api/v1/overlay", params={"runs": ",".join(names)}).json()
     torque = overlay["results"][0]
     assert [series["name"] for series in torque["series"]] == names
-    # the set-points of the document that was stored: 10 Hz and 20 Hz, f/1000 N·m above the headline
+    # set-points of the stored document: 10 Hz and 20 Hz, f/1000 N·m above the headline
     first = torque["series"][0]["points"]
     assert [(point["x"], point["y"], point["U"]) for point in first] == [
         (10.0, pytest.approx(TORQUES[0] + 0.01), 0.01),

@@ -1,4 +1,4 @@
-"""The channels that the screen sees while nothing is recorded."""
+"""The channels that are read for the screen while nothing is recorded."""
 
 from __future__ import annotations
 
@@ -78,7 +78,7 @@ def test_slow_device_is_read_a_fifth_of_the_time_at_most(planned, clock):
     assert len(rig.reads) <= 9
     assert [message.interval_s for message in sent] == pytest.approx(
         [2.5] * len(sent)
-    )  # so old a value may become
+    )  # the age that a value may reach
 
 
 def test_lost_device_is_read_rarely_and_raises_nothing(planned, clock):

@@ -1,4 +1,4 @@
-"""The sections of a report: records, found in the modules of views."""
+"""The sections of a report, collected from the modules of views."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ def test_contents_list_every_section_in_order(result):
 def test_section_declared_by_a_view_is_placed_in_order():
     report = report_input(loaded_result())
     names = [section.name for section, _ in contents(report, make_page(report))]
-    assert names[:2] == ["result", "frequency"], "no value has a limit: nothing is shown"
+    assert names[:2] == ["result", "frequency"], "no value has a limit: no such section"
     limited = [section.name for section, _ in contents(*with_limits(report))]
     assert limited[:3] == ["result", "measured", "frequency"]
 

@@ -17,5 +17,5 @@ def test_declaring_the_formats_loads_no_heavy_library():
         "import sys, rigrunner_reports.hooks as h; h.rigrunner_report_formats();"
         "print([m for m in ('numpy', 'matplotlib', 'jinja2') if m in sys.modules])"
     )
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
-    assert done.stdout.strip() == "[]"
+    run = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert run.stdout.strip() == "[]"

@@ -1,4 +1,4 @@
-# ruff: noqa: RUF001  (typographic signs are what is looked for)
+# ruff: noqa: RUF001  (typographic signs are expected)
 from __future__ import annotations
 
 import re
@@ -49,7 +49,7 @@ def no_load():
 
 
 def small(result):
-    """Return the result with its first two set-points alone and no fits: quick to draw."""
+    """Return the result with only its first two set-points and no fits: quick to draw."""
     return changed(
         result,
         loaded=torque_of(result).loaded[:2],

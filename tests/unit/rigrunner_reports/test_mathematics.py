@@ -1,4 +1,4 @@
-"""Equations as MathML: what a reader sees is what was written."""
+"""Equations rendered as MathML."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ BETWEEN = {"mfrac": "/", "msup": "^", "msub": "_"}
 
 
 def read(element):
-    """Return MathML as a person reads it aloud, each group in braces."""
+    """Return MathML as plain text, each group in braces."""
     parts = [read(child) for child in element]
     if element.tag in BETWEEN:
         return f"{{{BETWEEN[element.tag].join(parts)}}}"

@@ -1,4 +1,4 @@
-# ruff: noqa: RUF001  (typographic signs are what is looked for)
+# ruff: noqa: RUF001  (typographic signs are expected)
 from __future__ import annotations
 
 from math import inf, nan

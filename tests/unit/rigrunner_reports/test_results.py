@@ -1,4 +1,4 @@
-"""The section of results: its budgets."""
+"""The budgets in the section of results."""
 
 from __future__ import annotations
 
@@ -13,17 +13,17 @@ from rigrunner_reports.view.results import result_views
 
 def budget_of(unit, *lines):
     """Return (u, unit, sensitivity, contribution) of each line of a result's budget."""
-    named = MeasurementResult(
+    measurement = MeasurementResult(
         of=ResultDefinition(name="volume", unit=unit),
         estimate=Estimate(9.992, 0.003, unit=unit),
         components=tuple(
-            Component("x", u=abs(c * u), dof=9.0, distribution="t", common=True, unit=of,
+            Component("x", u=abs(c * u), dof=9.0, distribution="t", common=True, unit=input_unit,
                       input_u=u, sensitivity=c)
-            for u, of, c in lines
+            for u, input_unit, c in lines
         ),
     )  # fmt: skip
     result = SimpleNamespace(
-        other_results=(named,), missing=(), decision=None, formulas=(), tables=()
+        other_results=(measurement,), missing=(), decision=None, formulas=(), tables=()
     )
     (view,) = result_views(result)
     return [
