@@ -46,7 +46,7 @@ def test_ctrl_c_while_a_drive_moves_makes_it_safe(tmp_path):
         while not log.exists() or "station simulated" not in log.read_text(encoding="utf-8"):
             assert terminal.process.poll() is None
             time.sleep(0.01)
-        time.sleep(1.0)  # on its way for 100 s
+        time.sleep(1.0)  # the drive moves for 100 s
         terminal.press_ctrl_c()
         assert terminal.ends_with() == ExitCode.INTERRUPTED
     assert "set load 1000 N: interrupted from the keyboard" in log.read_text(encoding="utf-8")

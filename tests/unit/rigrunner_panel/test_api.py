@@ -554,7 +554,7 @@ class TestHistory:
         assert client.get("/api/v1/compare", params=same).json()["same"]
 
     @pytest.mark.parametrize("how", ["resume", "recover"])
-    def test_a_sealed_run_is_neither_resumed_nor_closed(self, client, demo, how):
+    def test_sealed_run_is_neither_resumed_nor_closed(self, client, demo, how):
         client.post("/api/v1/control", json={"name": "Ann"})
         answer = client.post(f"/api/v1/runs/{demo.loaded.name}/{how}", json={})
         assert (answer.status_code, answer.json()["code"]) == (422, "data")
@@ -624,7 +624,7 @@ class TestHistory:
         assert "letterhead" in answer.json()["message"]
 
     @pytest.mark.thorough
-    def test_a_specimen_certificate_is_issued_with_its_files(self, folder, demo):
+    def test_specimen_certificate_is_issued_with_its_files(self, folder, demo):
         shutil.copytree(demo.loaded, folder / "runs" / demo.loaded.name)
         make_lab(folder / "lab", load_registry())
         client, _ = client_of(folder, letterhead=folder / "lab/letterhead")

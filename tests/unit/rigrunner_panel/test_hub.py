@@ -69,7 +69,7 @@ def test_stalled_screen_queues_few_messages_then_gets_whole_state(panel):
     assert json.loads(got[2])["state"]["phase"] == "running"
 
 
-def test_a_screen_that_keeps_up_gets_every_message_in_order(panel):
+def test_screen_that_keeps_up_gets_every_message_in_order(panel):
     async def check():
         messages = [f"delta {n}" for n in range(MOST_WAITING)]
         socket, _, work = await working_screen(panel, messages)

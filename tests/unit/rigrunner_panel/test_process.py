@@ -131,7 +131,7 @@ def test_stop_and_pause_interrupt_a_prompt(ends, commands):
 PAUSED = Paused("s", "p", "why", (), (Choice.RESUME, Choice.SKIP, Choice.ABORT))
 
 
-def test_a_second_click_does_not_end_the_next_pause(ends, commands):
+def test_second_click_does_not_end_the_next_pause(ends, commands):
     sent, looks = [], []
     pauses = PanelPauses(link_of(commands, sent))
     ends.panel.send(Pause(BY))
@@ -216,7 +216,7 @@ def test_second_stop_does_not_interrupt(installed):
 
 
 @pytest.mark.skipif(os.name == "nt", reason="a thread cannot be interrupted so there")
-def test_a_stop_after_the_job_interrupts_nothing(installed):
+def test_stop_after_the_job_interrupts_nothing(installed):
     with installed.interruptible():
         pass
     installed.stop(BY, WHY)

@@ -46,7 +46,7 @@ def entries(client):
     return [(entry["specimen"], entry["status"]) for entry in items]
 
 
-def test_a_list_is_added_moved_held_released_and_skipped(client):
+def test_list_is_added_moved_held_released_and_skipped(client):
     assert post(client, "add", **PAIR, list="SN-1\nSN-2\nSN-3\n") == {"entries": [1, 2, 3]}
     post(client, "move", entry=3, before=1)
     post(client, "hold", entry=1, reason="dirty")

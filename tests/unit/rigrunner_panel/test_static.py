@@ -282,7 +282,7 @@ SCHEMA = json.dumps(
 )
 def test_completions_follow_the_schema(evaluate, path, kind, labels):
     place = json.dumps({"path": path, "kind": kind})
-    shown = f"m.offered({SCHEMA}, {place}).map((each) => each.label)"
+    shown = f"m.offered({SCHEMA}, {place}).map(({{ label }}) => label)"
     assert evaluate("editor/schema", shown) == labels
 
 

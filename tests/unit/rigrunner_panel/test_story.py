@@ -220,7 +220,7 @@ def test_drive_shows_set_point_and_read_back_unless_its_set_failed(board, story)
     assert (frequency.set, frequency.value) == (None, 3.0)
 
 
-def test_a_set_point_is_in_the_unit_of_the_procedure(board, story):
+def test_set_point_is_in_the_unit_of_the_procedure(board, story):
     (drive,) = sets = {"c.temperature": 253.15}
     story.take(show_plan(PlanView(estimated_s=1.0, steps=(step(0, "", **sets),))))
     common = {"index": 0, "action": "set", "step": "main[0]"}

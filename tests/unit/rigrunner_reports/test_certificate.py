@@ -413,7 +413,7 @@ def test_missing_pango_is_reported_without_output_on_stdout(monkeypatch, capsys)
     assert capsys.readouterr().out == ""
 
 
-def test_a_specimen_claims_no_accreditation(source, lab):
+def test_specimen_claims_no_accreditation(source, lab):
     letterhead = read_letterhead(lab)
     accredited = letterhead.laboratory.model_copy(update={"accreditation": "D-PL-00000"})
     specimen = certificate_of(source, replace(letterhead, laboratory=accredited))

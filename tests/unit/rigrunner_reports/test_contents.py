@@ -47,7 +47,7 @@ def with_limits(report):
     return limited, make_page(limited)
 
 
-def test_a_run_without_an_analysis_shows_recordings_tables_and_events():
+def test_run_without_an_analysis_shows_recordings_tables_and_events():
     report, _ = with_limits(report_input(loaded_result(), events=EVENTS))
     run = report.result.run
     row = replace(run.measurements[0], name="idle", limits=(), values={"oven.temperature": 301.0})

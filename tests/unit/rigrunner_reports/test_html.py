@@ -63,7 +63,7 @@ def small(result):
 
 
 @pytest.mark.usefixtures("drawn_figures")
-def test_the_same_input_gives_the_same_bytes(loaded_bytes):
+def test_same_input_gives_the_same_bytes(loaded_bytes):
     assert html(report_input()) == loaded_bytes
 
 
@@ -117,7 +117,7 @@ def test_contents_link_to_existing_sections(loaded, no_load):
         assert {e["href"][1:] for e in page.all("a") if e["href"][0] == "#"} <= set(ids)
 
 
-def test_the_headline_is_rounded_to_its_uncertainty(loaded):
+def test_headline_is_rounded_to_its_uncertainty(loaded):
     assert "Td = 0.727 ± 0.012 N·m" in loaded.words
     assert re.search(PASSED, loaded.words)
     assert "Would it pass uncompensated? ✗ fail" in loaded.words
@@ -148,7 +148,7 @@ def test_method_that_is_not_applicable_gives_the_reason(loaded):
     assert "tacho_only is not applicable to this run: there is no tacho channel" in loaded.words
 
 
-def test_a_no_load_run_has_peaks_and_fits_but_no_verdict(no_load):
+def test_no_load_run_has_peaks_and_fits_but_no_verdict(no_load):
     assert "No-load torque of the rig".lower() in no_load.words.lower()
     assert "Verdict" not in no_load.words
     assert "not fitted: two points are not enough here" in no_load.words
@@ -258,7 +258,7 @@ def test_check_shows_its_effect_and_note_is_not_a_failure():
 
 
 @pytest.mark.usefixtures("drawn_figures")
-def test_a_run_of_one_point_without_fits_is_reported():
+def test_run_of_one_point_without_fits_is_reported():
     base = small(loaded_result())
     result = changed(
         base,

@@ -31,7 +31,7 @@ def test_expanded_uncertainty_has_two_digits_and_rounds_the_value():
     )
 
 
-def test_the_coverage_factor_follows_the_degrees_of_freedom():
+def test_coverage_factor_follows_the_degrees_of_freedom():
     # Student's t of two-sided 95 % at 9 degrees of freedom is 2.262157 (GUM table G.2)
     shown = stated(Estimate(10.0, 1.0, 9.0, "Hz"))
     assert (shown.value, shown.expanded, shown.factor) == ("10.0", "2.3", "2.26")
@@ -86,7 +86,7 @@ def test_numbers_far_from_one_have_a_power_of_ten():
     assert significant(400.0) == "400.0"
 
 
-def test_a_coefficient_and_its_uncertainty_share_a_power_of_ten():
+def test_coefficient_and_its_uncertainty_share_a_power_of_ten():
     shown = with_standard_uncertainty(0.0002324, 4.1e-7, "kg·m²")
     assert shown == "(2.3240 ± 0.0041) × 10⁻⁴ kg·m²"
     assert with_standard_uncertainty(400.31, 0.62, "Hz") == "400.31 ± 0.62 Hz"
@@ -97,7 +97,7 @@ def test_value_below_its_uncertainty_is_scaled_by_the_uncertainty():
     assert with_standard_uncertainty(0.0, 1.1e-6, "s") == "(0.0 ± 1.1) × 10⁻⁶ s"
 
 
-def test_an_estimate_alone_keeps_its_power_of_ten():
+def test_estimate_alone_keeps_its_power_of_ten():
     assert to_place_of(1e5, 1155.0) == "1.000 × 10⁵"
     assert to_place_of(0.0002324, 4.1e-7) == "2.3240 × 10⁻⁴"
     assert to_place_of(35.00001, 7.4e-5) == "35.000010"

@@ -91,7 +91,7 @@ def test_accuracy_limits_are_shown_in_their_units(result):
     assert row["Zero taken off"] == "+0.0123 N·m"
 
 
-def test_a_zeroed_force_is_in_newtons(result):
+def test_zeroed_force_is_in_newtons(result):
     cell = Instrument.model_validate({"channel": "press.force", "measures": "force", "serial": "1"})
     run = replace(result.run, instruments={"press.force": cell}, zeros={"press.force": -0.25})
     (row,) = map(dict, instruments(run))
@@ -155,7 +155,7 @@ def test_only_override_events_are_listed_as_overrides():
     assert run.overrides(events) == ("override",)
 
 
-def test_a_period_over_midnight_has_both_dates(result):
+def test_period_over_midnight_has_both_dates(result):
     late = replace(result.run, ended_utc="2026-03-03T00:10:00Z")
     assert dict(run.facts(replace(result, run=late)))["Performed"] == (
         "2026-03-02 09:15:00 to 2026-03-03 00:10:00 UTC"
