@@ -405,7 +405,7 @@ def test_run_ends_in_order_when_the_panel_is_killed(lab):
 )
 def test_invalid_option_is_refused_with_the_reason(tmp_path, monkeypatch, options, message):
     serve = Mock(side_effect=AssertionError("it was opened"))
-    monkeypatch.setattr("rigrunner_panel.serve._served", serve)
+    monkeypatch.setattr("rigrunner_panel.serve._serve_until_end", serve)
     common = ("--no-browser", "--procedures", tmp_path, "--runs", tmp_path / "runs")
     refused = call("panel", "--port", "0", *common, *options)
     assert (refused.code, message in refused.err) == (ExitCode.USAGE, True), refused.err
