@@ -47,7 +47,7 @@ LEFT_OUT = {
         "unit/rigrunner_panel/test_manual.py",
         "unit/rigrunner_panel/test_preflight.py",
         "unit/rigrunner_panel/test_procedures.py",
-        "unit/rigrunner_panel/test_studying.py::test_runs_are_laid_over_each_other_with_their_u",
+        "unit/rigrunner_panel/test_studies.py::test_overlay_shows_results_with_their_uncertainty",
         "unit/rigrunner_panel/test_watched.py",
         "unit/rigrunner_plugins/devices/test_composite.py::test_stations_of_the_manual_are_valid",
         "unit/rigrunner_plugins/devices/test_fault.py",

@@ -26,7 +26,7 @@ SAFE = "tester is safe: read back tester.frequency 0 Hz"
     ],
     ids=["Ctrl-C", "SIGTERM", "Ctrl-D", "quit"],
 )
-def test_however_it_ends_the_rig_is_made_safe(tmp_path, end, code):
+def test_every_exit_makes_the_rig_safe(tmp_path, end, code):
     with Terminal(("jog", "simulated", "tester"), str(tmp_path)) as terminal:
         terminal.wait_for("tester> ")
         terminal.type("set frequency 5 Hz\n")
@@ -38,7 +38,7 @@ def test_however_it_ends_the_rig_is_made_safe(tmp_path, end, code):
     assert SAFE in (tmp_path / "jog.log").read_text(encoding="utf-8")
 
 
-def test_ctrl_c_while_a_drive_is_on_its_way_makes_it_safe(tmp_path):
+def test_ctrl_c_while_a_drive_moves_makes_it_safe(tmp_path):
     station = station_file(tmp_path, ("{seed: 1}", "{seed: 1, load_rate: 10 N/s}"))
     arguments = ("jog", str(station), "tester", "--set", "load=1000 N", "--realtime")
     with Terminal(arguments, str(tmp_path)) as terminal:
@@ -46,14 +46,14 @@ def test_ctrl_c_while_a_drive_is_on_its_way_makes_it_safe(tmp_path):
         while not log.exists() or "station simulated" not in log.read_text(encoding="utf-8"):
             assert terminal.process.poll() is None
             time.sleep(0.01)
-        time.sleep(1.0)  # on its way for 100 s
+        time.sleep(1.0)  # the drive moves for 100 s
         terminal.press_ctrl_c()
         assert terminal.ends_with() == ExitCode.INTERRUPTED
     assert "set load 1000 N: interrupted from the keyboard" in log.read_text(encoding="utf-8")
     assert SAFE in log.read_text(encoding="utf-8")
 
 
-def test_a_window_that_is_closed_leaves_the_rig_safe(tmp_path):
+def test_closed_window_leaves_the_rig_safe(tmp_path):
     with Terminal(("jog", "simulated", "tester"), str(tmp_path)) as terminal:
         terminal.wait_for("tester> ")
         terminal.type("set frequency 5 Hz\n")

@@ -1,4 +1,4 @@
-"""The panel, served and driven over HTTP and WebSocket, with a run in a process of its own."""
+"""The panel, served and driven over HTTP and WebSocket, with a run in its own process."""
 
 from __future__ import annotations
 
@@ -28,13 +28,13 @@ pytestmark = pytest.mark.skipif(os.name == "nt", reason="signals as POSIX has th
 QUICK = "{seed: 1, frequency_rate: 100 Hz/s, load_rate: 10 kN/s}"
 LOADED = "starting_torque_1000n.yaml"
 ENDLESS = "endless.yaml"
-"""The same with points of a minute: what a test does in a run may take its time."""
+"""The same with points of a minute, so that a test has time to act during a run."""
 STOP_S = 0.2
-"""What the panel promises, from the request to the order that makes the rig safe."""
+"""The panel's limit from the request to the command that makes the rig safe."""
 
 
 RIG = "station.yaml"
-"""Tests write other stations beside it, and each is a rig of the panel."""
+"""Tests write other stations beside it; each is a rig of the panel."""
 
 
 @pytest.fixture(scope="module")
@@ -52,24 +52,24 @@ def lab(tmp_path_factory):
 
 @pytest.fixture(scope="module")
 def server(lab):
-    with served(lab, lab / "runs") as found:
-        yield found
+    with served(lab, lab / "runs") as server:
+        yield server
 
 
 @pytest.fixture
 def screen(server):
-    with screen_of(server, RIG) as found:
-        yield found
+    with screen_of(server, RIG) as screen:
+        yield screen
 
 
 @contextmanager
 def screen_of(server, rig):
-    found = Screen(server, "client-ann-0001", rig)
-    yield found
-    if not found.is_closed and found.state["phase"] not in ("idle", "finished"):
-        found.post("stop")
-        found.phase("finished", "idle")
-    found.close()
+    screen = Screen(server, "client-ann-0001", rig)
+    yield screen
+    if not screen.is_closed and screen.state["phase"] not in ("idle", "finished"):
+        screen.post("stop")
+        screen.phase("finished", "idle")
+    screen.close()
 
 
 def start(screen, *, realtime=True, **more):
@@ -82,11 +82,11 @@ def stored(lab, state):
 
 
 def events_of(run, kind):
-    return [each for each in run.events if isinstance(each, kind)]
+    return [event for event in run.events if isinstance(event, kind)]
 
 
 @pytest.mark.parametrize("delay_s", first(1, [0.0, 0.3, 1.0]))
-def test_a_stop_while_the_process_still_starts_ends_it_in_order(screen, server, delay_s):
+def test_stop_while_the_process_starts_ends_it_in_order(screen, server, delay_s):
     start(screen)
     time.sleep(delay_s)
     screen.post("stop")
@@ -98,13 +98,13 @@ def test_a_stop_while_the_process_still_starts_ends_it_in_order(screen, server, 
 
 
 @pytest.mark.thorough
-def test_the_whole_way_with_a_second_one_watching_and_a_reload(screen, server):
+def test_complete_run_with_a_watcher_and_a_reload(screen, server):
     watcher = Screen(server, "client-bob-0001", RIG)
     hostile = "<script>alert(1)</script>/../x"
     pair = ready(screen, LOADED)
     items = screen.state["preflight"]["items"]
     kinds = ["procedure", "partner", "calibration", "disk", "device", "interlock", "zero"]
-    assert [each["kind"] for each in items] == kinds
+    assert [item["kind"] for item in items] == kinds
     refused = watcher.post("run/start", 403, **pair)
     assert refused["message"] == "Ann has control"
     inputs = {"specimen": hostile, "type": "GE20", "lot": "L-7", "operator": "Ann"}
@@ -115,7 +115,7 @@ def test_the_whole_way_with_a_second_one_watching_and_a_reload(screen, server):
     assert (prompt["kind"], prompt["choices"]) == ("confirm", ["yes", "no"])
     wrong = screen.post("run/answer", 422, prompt=prompt["id"], text="perhaps")
     assert "expected one of: yes, no" in wrong["message"]
-    screen.close()  # the browser is gone, in the middle
+    screen.close()  # the browser is closed during the run
     again = Screen(server, "client-ann-0001", RIG)
     assert again.state["prompt"] == prompt
     again.answer()
@@ -124,35 +124,35 @@ def test_the_whole_way_with_a_second_one_watching_and_a_reload(screen, server):
     assert set(state["progress"]["states"]) == {"o"}
     result = again.http.get(f"/api/v1/runs/{state['finished']['run']}").json()
     assert result["item"]["specimen"] == hostile
-    found = result["result"]["headline"]["compensated"]
+    headline = result["result"]["headline"]["compensated"]
     live = state["live"]
-    assert (live["final"], live["headline"]["value"]) == (True, found["value"])
-    assert live["headline"]["U"] == found["expanded_uncertainty_95"]
+    assert (live["final"], live["headline"]["value"]) == (True, headline["value"])
+    assert live["headline"]["U"] == headline["expanded_uncertainty_95"]
     assert len(live["results"]) == 5
     watcher.phase("finished")
-    told = watcher.http.get("/api/v1/events").json()["items"]
-    assert told == [
-        {key: each[key] for key in ("number", "text", "event")} for each in watcher.events
+    events = watcher.http.get("/api/v1/events").json()["items"]
+    assert events == [
+        {key: event[key] for key in ("number", "text", "event")} for event in watcher.events
     ]
-    assert [told[0]["event"]["event"], told[-1]["event"]["event"]] == ["RunStarted", "RunEnded"]
-    later = watcher.http.get("/api/v1/events", params={"after": told[-2]["number"]}).json()
-    assert later["items"] == told[-1:]
+    assert [events[0]["event"]["event"], events[-1]["event"]["event"]] == ["RunStarted", "RunEnded"]
+    later = watcher.http.get("/api/v1/events", params={"after": events[-2]["number"]}).json()
+    assert later["items"] == events[-1:]
     assert watcher.http.get("/api/v1/events", params={"after": "x"}).status_code == 400
-    same = ("phase", "live", "finished", "progress", "readings", "plan")
-    assert {key: watcher.state[key] for key in same} == {key: state[key] for key in same}
-    names = {each["name"] for each in state["finished"]["files"]}
+    shared = ("phase", "live", "finished", "progress", "readings", "plan")
+    assert {key: watcher.state[key] for key in shared} == {key: state[key] for key in shared}
+    names = {file["name"] for file in state["finished"]["files"]}
     assert {"report.html", "result.json", "run.h5"} <= names
     assert {header["kind"] for header, _ in watcher.frames} == {"curve", "trend"}
-    for one in (watcher, again):
-        one.close()
+    watcher.close()
+    again.close()
 
 
 def actions(screen):
-    """Return what people did, as the events tell it."""
-    return [each["event"].get("action") for each in screen.events]
+    """Return the actions of people among the events."""
+    return [event["event"].get("action") for event in screen.events]
 
 
-def test_pause_repeat_skip_take_over_and_abort_are_done_and_on_record(screen, server, lab):
+def test_pause_repeat_skip_take_over_and_abort_are_recorded(screen, server, lab):
     start(screen)
     screen.answer()
     screen.until(lambda state: state["progress"]["recording"])
@@ -180,52 +180,52 @@ def test_pause_repeat_skip_take_over_and_abort_are_done_and_on_record(screen, se
     state = screen.phase("finished")
     assert state["finished"]["outcome"] == "aborted"
     run = stored(lab, state)
-    did = [(each.action, each.by) for each in events_of(run, Intervention)]
-    assert did == [
+    interventions = events_of(run, Intervention)
+    assert [(event.action, event.by) for event in interventions] == [
         ("pause", "Ann"), ("resume", "Ann"), ("pause", "Ann"), ("repeat", "Ann"),
         ("take over", "Bob"), ("pause", "Bob"), ("skip", "Bob"), ("abort", "Bob"),
     ]  # fmt: skip
-    taken = next(each for each in events_of(run, Intervention) if each.action == "take over")
-    assert taken.subject == "control was with Ann"
-    assert any("enough" in each.reason for each in events_of(run, Intervention))
+    take_over = next(event for event in interventions if event.action == "take over")
+    assert take_over.subject == "control was with Ann"
+    assert any("enough" in event.reason for event in interventions)
     (ended,) = events_of(run, RunEnded)
     assert set(ended.read_back.values()) == {0.0}
     bob.close()
 
 
-def test_stop_makes_the_rig_safe_within_its_time_whoever_asks(screen, server, lab):
+def test_stop_by_anyone_makes_the_rig_safe_in_time(screen, server, lab):
     start(screen)
     screen.answer()
     screen.until(lambda state: state["progress"]["recording"])
     frames = len(screen.frames)
     screen.until(lambda _: len(screen.frames) > frames + 3)
     bob = Screen(server, "client-bob-0001", RIG)
-    asked = time.time()
+    requested_s = time.time()
     assert bob.post("stop", reason="smoke")["stopped"]
     state = screen.phase("finished")
     run = stored(lab, state)
     assert run.info.sealed
-    (stop,) = [each for each in events_of(run, Intervention) if each.action == "abort"]
-    in_s = datetime.fromisoformat(stop.utc).timestamp() - asked
-    assert in_s < 10 * STOP_S  # on a busy machine
+    (stop,) = [event for event in events_of(run, Intervention) if event.action == "abort"]
+    delay_s = datetime.fromisoformat(stop.utc).timestamp() - requested_s
+    assert delay_s < 10 * STOP_S  # on a busy machine
     assert "smoke" in stop.reason
     assert "panel client" in stop.by
-    safe = [each.what for each in events_of(run, MadeSafe)]
+    safe = [event.what for event in events_of(run, MadeSafe)]
     assert safe == ["tester.frequency", "tester.load", "tester"]
-    assert not any("teardown" in getattr(each, "step", "") for each in run.events)
+    assert not any("teardown" in getattr(event, "step", "") for event in run.events)
     assert not bob.post("stop")["stopped"]
     bob.close()
 
 
 @pytest.mark.thorough
-def test_a_run_goes_on_while_nobody_and_while_somebody_deaf_is_connected(screen, server):
+def test_run_continues_without_clients_and_with_a_stalled_one(screen, server):
     start(screen)
     screen.answer()
     host, port = server.address.removeprefix("http://").split(":")
-    with socket.create_connection((host, int(port))) as deaf:
-        deaf.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 2048)
-        deaf.sendall(
-            f"GET /api/v1/events?client=client-deaf-1 HTTP/1.1\r\nHost: {host}\r\n"
+    with socket.create_connection((host, int(port))) as stalled:
+        stalled.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 2048)
+        stalled.sendall(
+            f"GET /api/v1/events?client=client-stalled-1 HTTP/1.1\r\nHost: {host}\r\n"
             "Upgrade: websocket\r\nConnection: Upgrade\r\nSec-WebSocket-Version: 13\r\n"
             "Sec-WebSocket-Key: AAAAAAAAAAAAAAAAAAAAAA==\r\n\r\n".encode()
         )
@@ -240,7 +240,7 @@ def test_a_run_goes_on_while_nobody_and_while_somebody_deaf_is_connected(screen,
         again.close()
 
 
-def test_a_run_s_process_that_dies_is_told_and_the_next_run_can_start(screen, server):
+def test_killed_run_process_is_reported_and_next_run_starts(screen, server):
     start(screen)
     screen.phase("asking")
     os.kill(rig_process(server), signal.SIGKILL)
@@ -252,7 +252,7 @@ def test_a_run_s_process_that_dies_is_told_and_the_next_run_can_start(screen, se
 
 
 @pytest.mark.thorough
-def test_by_hand_a_point_is_set_watched_recorded_and_kept_apart_from_procedures(screen, lab):
+def test_manual_point_is_recorded_apart_from_procedures(screen, lab):
     pair = ready(screen, LOADED)
     screen.post("manual/set", 409, drive="tester.load", value="1000 N")
     screen.post("manual/open", 202, **pair, operator="Ann")
@@ -270,7 +270,7 @@ def test_by_hand_a_point_is_set_watched_recorded_and_kept_apart_from_procedures(
     assert (row["place"], row["is_ongoing"]) == ("20 Hz", True)
     assert row["value"] == pytest.approx(0.726, abs=0.02)
     screen.post("manual/record", cycles=12)
-    screen.until(lambda state: any(not each["is_ongoing"] for each in state["live"]["results"]))
+    screen.until(lambda state: any(not row["is_ongoing"] for row in state["live"]["results"]))
     screen.post("manual/close")
     state = screen.phase("finished")
     (row,) = state["live"]["results"]
@@ -279,77 +279,77 @@ def test_by_hand_a_point_is_set_watched_recorded_and_kept_apart_from_procedures(
     run = stored(lab, state)
     assert run.header.procedure_id == "SSPB-STT-1000-by-hand"
     assert run.header.approval["state"] == "draft"
-    assert [each.name for each in run.recordings] == ["001_20Hz"]
+    assert [recording.name for recording in run.recordings] == ["001_20Hz"]
     assert set(run.zeros) == {"tester.torque"}
     (ended,) = events_of(run, RunEnded)
     assert set(ended.read_back.values()) == {0.0}
 
 
 @pytest.mark.thorough
-def test_what_the_preflight_refuses_starts_only_by_name_and_reason(server, lab):
+def test_failed_preflight_starts_only_with_name_and_reason(server, lab):
     text = (lab / "station.yaml").read_text(encoding="utf-8")
     overdue = "certificate: C-1\n    laboratory: L\n    calibrated: 2020-01-01\n    due: 2021-01-01"
     assert "calibration: simulated" in text
     changed = text.replace("calibration: simulated", overdue)
     (lab / "overdue.yaml").write_text(changed, encoding="utf-8")
     with screen_of(server, "overdue.yaml") as screen:
-        starts_only_by_name_and_reason(screen, lab)
+        assert_start_needs_name_and_reason(screen, lab)
 
 
-def starts_only_by_name_and_reason(screen, lab):
+def assert_start_needs_name_and_reason(screen, lab):
     pair = ready(screen, "no_load_inertia_sweep.yaml", "overdue.yaml")
-    found = screen.state["preflight"]
-    (failed,) = [each for each in found["items"] if each["state"] == "fail"]
-    assert (failed["kind"], failed["override"], found["may_start"]) == (
+    preflight = screen.state["preflight"]
+    (failed,) = [item for item in preflight["items"] if item["state"] == "fail"]
+    assert (failed["kind"], failed["override"], preflight["may_start"]) == (
         "calibration", "tester.torque", False,
     )  # fmt: skip
     assert "was due on 2021-01-01" in failed["text"]
     inputs = {"operator": "Ann"}
     assert "was due" in screen.post("run/start", 409, **pair, inputs={})["message"]
-    nobody = {"what": ["tester.torque"], "by": " ", "reason": "r"}
-    screen.post("run/start", 400, **pair, override=nobody)
+    nameless = {"what": ["tester.torque"], "by": " ", "reason": "r"}
+    screen.post("run/start", 400, **pair, override=nameless)
     wrong = {"what": ["everything"], "by": "Chief", "reason": "r"}
     screen.post("run/start", 422, **pair, override=wrong)
     override = {"what": ["tester.torque"], "by": "Chief", "reason": "new one ordered"}
     screen.post("run/start", 202, **pair, inputs=inputs, override=override)
-    screen.until(lambda _: any("new one ordered" in each["text"] for each in screen.events))
+    screen.until(lambda _: any("new one ordered" in event["text"] for event in screen.events))
     screen.post("stop")
     run = stored(lab, screen.phase("finished"))
-    (told,) = [each for each in events_of(run, Intervention) if each.action == "override"]
-    assert (told.by, told.reason) == ("Chief", "new one ordered")
+    (event,) = [event for event in events_of(run, Intervention) if event.action == "override"]
+    assert (event.by, event.reason) == ("Chief", "new one ordered")
 
 
-def test_a_station_whose_device_does_not_answer_cannot_be_started(server, lab):
+def test_station_with_silent_device_cannot_be_started(server, lab):
     text = (lab / "station.yaml").read_text(encoding="utf-8")
     unplugged = text.replace(QUICK, "{seed: 1, simulate: unplugged}")
     (lab / "unplugged.yaml").write_text(unplugged, encoding="utf-8")
     with screen_of(server, "unplugged.yaml") as screen:
         pair = ready(screen, "no_load_inertia_sweep.yaml", "unplugged.yaml")
         items = screen.state["preflight"]["items"]
-        (failed,) = [each for each in items if each["state"] == "fail"]
+        (failed,) = [item for item in items if item["state"] == "fail"]
         assert (failed["kind"], failed["name"], failed["override"]) == ("device", "tester", "")
         assert failed["fix"]
         screen.post("run/start", 409, **pair)
 
 
 @pytest.mark.thorough
-def test_ctrl_c_says_that_a_run_goes_on_and_ends_only_when_it_is_safe_and_sealed(lab):
+def test_ctrl_c_ends_the_panel_once_its_run_is_safe_and_sealed(lab):
     with served(lab, lab / "runs") as server:
         screen = Screen(server, "client-ann-0001", RIG)
         start(screen)
         screen.answer()
         name = screen.until(lambda state: state["progress"]["recording"])["job"]["run"]
-        code, said = server.end(signal.SIGINT)
+        code, output = server.end(signal.SIGINT)
         screen.close()
     assert code == 130
-    assert f"{name} is running. Aborting: teardown" in said
+    assert f"{name} is running. Aborting: teardown" in output
     run = read(lab / "runs" / name)
     assert (run.info.sealed, run.info.outcome) == (True, "aborted")
-    assert any("teardown" in getattr(each, "step", "") for each in run.events)
+    assert any("teardown" in getattr(event, "step", "") for event in run.events)
 
 
 @pytest.mark.thorough
-def test_a_closed_terminal_ends_the_panel_once_its_run_is_safe_and_sealed(lab):
+def test_closed_terminal_ends_the_panel_once_its_run_is_safe_and_sealed(lab):
     runs = lab / "runs"
     words = ("panel", "--port", "0", "--no-browser", "--procedures", str(lab), "--runs", str(runs))
     with Terminal(words, str(lab)) as terminal:
@@ -362,24 +362,24 @@ def test_a_closed_terminal_ends_the_panel_once_its_run_is_safe_and_sealed(lab):
         screen.answer()
         name = screen.until(lambda state: state["progress"]["recording"])["job"]["run"]
         terminal.hang_up()
-        terminal.process.send_signal(signal.SIGHUP)  # as a shell does besides
+        terminal.process.send_signal(signal.SIGHUP)  # as a shell does, too
         assert terminal.ends_with() == 130
         screen.close()
     run = read(runs / name)
     assert (run.info.sealed, run.info.outcome) == (True, "aborted")
     assert "SIGHUP to the panel" in run.info.reason
-    assert any("teardown" in getattr(each, "step", "") for each in run.events)
+    assert any("teardown" in getattr(event, "step", "") for event in run.events)
     (ended,) = events_of(run, RunEnded)
     assert ended.read_back == {"tester.frequency": 0.0, "tester.load": 0.0}
 
 
-def test_without_a_run_ctrl_c_just_ends(lab):
+def test_ctrl_c_without_a_run_ends_the_panel(lab):
     with served(lab, lab / "runs") as server:
         assert server.end(signal.SIGINT) == (0, "")
 
 
 @pytest.mark.thorough
-def test_a_panel_that_is_killed_leaves_a_run_that_ends_in_order(lab):
+def test_run_ends_in_order_when_the_panel_is_killed(lab):
     with served(lab, lab / "runs") as server:
         screen = Screen(server, "client-ann-0001", RIG)
         start(screen)
@@ -395,7 +395,7 @@ def test_a_panel_that_is_killed_leaves_a_run_that_ends_in_order(lab):
 
 
 @pytest.mark.parametrize(
-    ("options", "told"),
+    ("options", "message"),
     [
         (["--host", "0.0.0.0"], "there is no token"),  # noqa: S104  (refused before it listens)
         (["--token", "short"], "fewer than 16 characters"),
@@ -403,9 +403,9 @@ def test_a_panel_that_is_killed_leaves_a_run_that_ends_in_order(lab):
         (["--procedures", "/nowhere-at-all"], "/nowhere-at-all"),
     ],
 )
-def test_a_panel_that_may_not_be_opened_says_why(tmp_path, monkeypatch, options, told):
-    opened = Mock(side_effect=AssertionError("it was opened"))
-    monkeypatch.setattr("rigrunner_panel.serve._served", opened)
-    where = ("--no-browser", "--procedures", tmp_path, "--runs", tmp_path / "runs")
-    refused = call("panel", "--port", "0", *where, *options)
-    assert (refused.code, told in refused.err) == (ExitCode.USAGE, True), refused.err
+def test_invalid_option_is_refused_with_the_reason(tmp_path, monkeypatch, options, message):
+    serve = Mock(side_effect=AssertionError("it was opened"))
+    monkeypatch.setattr("rigrunner_panel.serve._serve_until_end", serve)
+    common = ("--no-browser", "--procedures", tmp_path, "--runs", tmp_path / "runs")
+    refused = call("panel", "--port", "0", *common, *options)
+    assert (refused.code, message in refused.err) == (ExitCode.USAGE, True), refused.err

@@ -23,17 +23,17 @@ QUIET = (
 A4_POINTS = (595, 842)
 
 
-def needed(programs, what):
-    """Return the first of the programs that is there; skip, or fail where that is demanded."""
-    found = next((path for name in programs if (path := shutil.which(name))), None)
-    if found is None:
+def find_program(programs, what):
+    """Return the first installed one of the programs; skip, or fail where it is required."""
+    program = next((path for name in programs if (path := shutil.which(name))), None)
+    if program is None:
         lacking("BROWSER", f"{what} is not installed: none of {', '.join(programs)} was found")
-    return found
+    return program
 
 
 @pytest.fixture(scope="module", params=[loaded_result, no_load_result])
 def printed(request, tmp_path_factory):
-    browser = needed(BROWSERS, "a browser")
+    browser = find_program(BROWSERS, "a browser")
     result, folder = request.param(), tmp_path_factory.mktemp("print")
     page, pdf = folder / "report.html", folder / "report.pdf"
     page.write_bytes(html(report_input(result)))
@@ -49,38 +49,38 @@ def printed(request, tmp_path_factory):
 
 def pages(pdf):
     """Return the text of each page."""
-    reader = needed(["pdftotext"], "a PDF reader (poppler-utils)")
+    reader = find_program(["pdftotext"], "a PDF reader (poppler-utils)")
     text = subprocess.run([reader, "-layout", pdf, "-"], check=True, capture_output=True).stdout
     return text.decode("utf-8").split("\f")[:-1]
 
 
-def test_the_pages_are_a4(printed):
+def test_pages_are_a4(printed):
     _, pdf = printed
     boxes = re.findall(rb"/MediaBox \[0 0 ([0-9.]+) ([0-9.]+)\]", pdf.read_bytes())
     assert boxes
     assert {tuple(round(float(side)) for side in box) for box in boxes} == {A4_POINTS}
 
 
-def test_every_page_has_the_run_and_its_number(printed):
+def test_every_page_shows_the_run_and_its_page_number(printed):
     result, pdf = printed
-    found = pages(pdf)
-    assert 3 <= len(found) <= 9
-    for number, text in enumerate(found, 1):
-        assert f"Page {number} of {len(found)}" in text
+    texts = pages(pdf)
+    assert 3 <= len(texts) <= 9
+    for number, text in enumerate(texts, 1):
+        assert f"Page {number} of {len(texts)}" in text
         assert result.run.run_id in text
 
 
-def test_the_report_begins_with_its_headline_and_ends_with_its_mark(printed):
+def test_report_begins_with_headline_and_ends_with_end_mark(printed):
     result, pdf = printed
-    found = pages(pdf)
-    assert result.symbol in found[0]
-    assert "Result" in found[0]
-    assert f"End of report {result.run.run_id}" in found[-1]
+    texts = pages(pdf)
+    assert result.symbol in texts[0]
+    assert "Result" in texts[0]
+    assert f"End of report {result.run.run_id}" in texts[-1]
 
 
 def test_all_figures_are_printed_and_numbered_in_order(printed):
     _, pdf = printed
     text = "".join(pages(pdf))
-    numbers = [int(each) for each in re.findall(r"Figure (\d+)\.", text)]
+    numbers = [int(number) for number in re.findall(r"Figure (\d+)\.", text)]
     assert numbers == list(range(1, len(numbers) + 1))
     assert len(numbers) >= 5

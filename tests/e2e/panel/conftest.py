@@ -36,7 +36,7 @@ def made_lab(made_once):
 
 @pytest.fixture
 def lab(made_lab, tmp_path):
-    """A lab of the test's own: its runs and its queue are those of nobody else."""
+    """A lab of the test's own, with its own runs and queue."""
     return shutil.copytree(made_lab, tmp_path / "quick_lab")
 
 
@@ -48,15 +48,15 @@ def own_markers(tmp_path, monkeypatch):
 
 @pytest.fixture(scope="session")
 def new_chromium():
-    """Starts a real Chromium, with more flags; there is one driver for all of a process."""
+    """Starts a real Chromium with more flags; a process has only one driver."""
     require_driver()
-    with sync_playwright() as playwright, ExitStack() as opened:
+    with sync_playwright() as playwright, ExitStack() as browsers:
 
         def new(*flags):
             browser = playwright.chromium.launch(
                 executable_path=browser_path(), args=[*FLAGS, *flags]
             )
-            opened.callback(browser.close)
+            browsers.callback(browser.close)
             return browser
 
         yield new
@@ -70,26 +70,26 @@ def chromium(new_chromium):
 
 @pytest.fixture
 def panel(lab):
-    """A panel of its own for each test."""
+    """A panel of the test's own."""
     with running_panel(lab) as running:
         yield running
 
 
 @pytest.fixture
 def new_screen(chromium, panel):
-    """Opens windows, each a browser profile of its own; none may ask a stranger, none may fail."""
-    made = []
+    """Opens windows with a browser profile each; none may contact another host or fail."""
+    windows = []
 
     def new(panel=panel, **options):
-        known = {"viewport": {"width": 1280, "height": 720}, "locale": "en-GB"}
-        context = chromium.new_context(**{**known, **options})
+        defaults = {"viewport": {"width": 1280, "height": 720}, "locale": "en-GB"}
+        context = chromium.new_context(**{**defaults, **options})
         context.set_default_timeout(1000 * WITHIN_S)
         screen = Screen(context.new_page(), panel)
-        made.append((context, screen))
+        windows.append((context, screen))
         return screen
 
     yield new
-    for context, screen in made:
+    for context, screen in windows:
         assert screen.strangers == []
         assert screen.errors == []
         context.close()
@@ -103,8 +103,8 @@ def screen(new_screen):
 
 @pytest.fixture(scope="session")
 def pictures(tmp_path_factory):
-    """The folder into which screenshots go: CI keeps it."""
-    named = os.environ.get("RIGRUNNER_SCREENSHOTS")
-    folder = Path(named) if named else tmp_path_factory.mktemp("screenshots")
+    """The folder of screenshots, which CI keeps."""
+    path = os.environ.get("RIGRUNNER_SCREENSHOTS")
+    folder = Path(path) if path else tmp_path_factory.mktemp("screenshots")
     folder.mkdir(parents=True, exist_ok=True)
     return folder

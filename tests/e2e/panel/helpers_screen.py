@@ -1,4 +1,4 @@
-"""The operator panel as its users have it: the program, a real Chromium, mouse and keyboard."""
+"""The operator panel as its users see it: the program, a real Chromium, mouse and keyboard."""
 
 from __future__ import annotations
 
@@ -25,12 +25,12 @@ from helpers_docs import ROOT
 from helpers_lacking import lacking
 
 WITHIN_S = 200.0
-"""All that a panel or a browser is waited for: ten times what it takes on a busy machine."""
+"""The longest wait for a panel or a browser: ten times what a busy machine needs."""
 NO_LOAD = "Quick no-load sweep"
 LOADED = "Quick starting torque"
 ASKS = "Guarded sweep with a question"
 ENDLESS = "Sweep that outlasts a test"
-"""One point of a second, then points of minutes: what a test does meanwhile may take its time."""
+"""One point of a second, then points of minutes, so that a test has time to act."""
 STATION = "Bench of these tests"
 BENCH = "station.yaml"
 """The file of that station."""
@@ -41,7 +41,7 @@ NAME = "Ann Jones"
 
 
 def wait_until(condition, what: str = "it") -> None:
-    """Wait until something is so that the page does not show by itself."""
+    """Wait until a condition holds that cannot be seen on the page."""
     until_s = time.monotonic() + WITHIN_S
     while not condition():
         assert time.monotonic() < until_s, f"{what} never came"
@@ -62,13 +62,13 @@ class Panel:
         return self.folder / "runs"
 
     def get(self, path: str, station: str = BENCH) -> dict:
-        """Return what the API answers; of what belongs to a rig, that of the station."""
+        """Return the answer of the API, for the rig of the station."""
         address = f"{self.url}api/v1/{path}?rig={station}"
         with urllib.request.urlopen(address, timeout=WITHIN_S) as answer:  # noqa: S310
             return json.load(answer)
 
     def phase(self, station: str = BENCH) -> str:
-        """Return where a rig is."""
+        """Return the phase of a rig."""
         return self.get("state", station)["phase"]
 
     def wait_for(self, *phases: str, station: str = BENCH) -> None:
@@ -88,10 +88,10 @@ def running_panel(folder: Path, port: int = 0, options: tuple[str, ...] = ()):
         command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, cwd=folder
     ) as process:
         line = process.stdout.readline()
-        address = re.search(r"http://\S+/", line)
-        assert address, line + process.stdout.read()
+        url = re.search(r"http://\S+/", line)
+        assert url, line + process.stdout.read()
         try:
-            yield Panel(address[0], folder, process)
+            yield Panel(url[0], folder, process)
         finally:
             process.send_signal(signal.SIGTERM)
             process.communicate(timeout=WITHIN_S)
@@ -159,7 +159,7 @@ def _asks(text: str) -> str:
 
 
 def free_port() -> int:
-    """Return a port that is free, and not one of those that the system gives to connections."""
+    """Return a free port outside of the range of ephemeral ports."""
     for _ in range(100):
         port = randrange(10000, 30000)  # noqa: S311  (no secret)
         with suppress(OSError), socket.create_server(("127.0.0.1", port)):
@@ -169,14 +169,14 @@ def free_port() -> int:
 
 def browser_path() -> str:
     """Return Chromium, or skip: CI requires it."""
-    chromium = shutil.which("chromium") or shutil.which("chromium-browser")
-    if chromium is None:
+    path = shutil.which("chromium") or shutil.which("chromium-browser")
+    if path is None:
         lacking("BROWSER", "there is no Chromium")
-    return chromium
+    return path
 
 
 def require_driver() -> None:
-    """Skip where the program does not start with which Playwright speaks to a browser."""
+    """Skip where the driver of Playwright does not start."""
     words = [sys.executable, "-m", "playwright", "--version"]
     process = subprocess.run(words, capture_output=True, text=True, check=False)
     if process.returncode != 0:
@@ -191,11 +191,11 @@ def axe_script() -> Path:
     return Path(path)
 
 
-def press_keys(page, text: str, apart_s: float) -> None:
-    """Press keys and Enter, so far apart by the time of the keyboard, however busy all is."""
+def press_keys(page, text: str, interval_s: float) -> None:
+    """Press keys and Enter with these intervals in their timestamps, even on a busy machine."""
     session, now_s = page.context.new_cdp_session(page), time.time()
     for number, key in enumerate([*text, "Enter"]):
-        at = {"key": key, "timestamp": now_s + number * apart_s}
+        at = {"key": key, "timestamp": now_s + number * interval_s}
         down = {"text": key} if key != "Enter" else {"text": "\r", "windowsVirtualKeyCode": 13}
         session.send("Input.dispatchKeyEvent", {"type": "keyDown", **at, **down})
         session.send("Input.dispatchKeyEvent", {"type": "keyUp", **at})
@@ -230,7 +230,7 @@ class Screen:
         self.page.wait_for_selector("header .chip:not(.disconnected)")
 
     def choose(self, procedure: str = LOADED, station: str = STATION) -> None:
-        """Choose a procedure and a station, and go on."""
+        """Choose a procedure and a station, and continue."""
         self.page.wait_for_selector(".item")
         self.page.locator(".item", has_text=procedure).click()
         self.page.locator(".item", has_text=station).first.click()
@@ -246,16 +246,16 @@ class Screen:
         self.page.get_by_label("Your name").fill(operator)
 
     def say_name(self, name: str = NAME) -> None:
-        """Answer who has control, where it is asked."""
+        """Enter the name of the person in control where it is asked for."""
         self.page.locator("#dialog-text").fill(name)
         self.page.keyboard.press("Enter")
 
     def hurry(self) -> None:
-        """Let the simulated rig run faster than a real one."""
+        """Let the simulated rig run faster than real time."""
         self.page.get_by_label("Real time").uncheck()
 
     def check_rig(self, *, ready: bool = True) -> None:
-        """Do the preflight, for the first time; a name that was typed above is not asked again."""
+        """Do the first preflight; a name that was typed above is not asked for again."""
         check = self.page.locator(".preflight > .button")
         check.click()
         name = self.page.get_by_label("Your name")
@@ -281,10 +281,10 @@ class Screen:
         self.start()
 
     def focus_on(self, name: str, role: str = "", most: int = 80) -> None:
-        """Press Tab until what has that name has the focus."""
+        """Press Tab until the element of that name has the focus."""
         for _ in range(most):
             self.page.keyboard.press("Tab")
-            focused = self.page.evaluate(
+            label, tag = self.page.evaluate(
                 """() => {
                     const e = document.activeElement;
                     const label = e.labels && e.labels.length ? e.labels[0].textContent : '';
@@ -292,12 +292,12 @@ class Screen:
                     return [text.trim(), e.tagName];
                 }"""
             )
-            if re.match(name, focused[0]) and role in ("", focused[1]):
+            if re.match(name, label) and role in ("", tag):
                 return
         raise AssertionError(f"Tab does not come to '{name}'")
 
     def wait_for_compensation(self) -> None:
-        """Wait until a compensated torque stands there with its uncertainty."""
+        """Wait until a compensated torque is shown with its uncertainty."""
         torque = self.page.locator(".readout.compensated .readout-value")
         expect(torque).to_contain_text("±")
 

@@ -1,34 +1,34 @@
-"""What of a page cannot be read: too wide, cut off, broken in a word, or under others."""
+"""Unreadable parts of a page: too wide, cut off, broken within a word, or overlapping."""
 
 from __future__ import annotations
 
 import re
 
 UNREADABLE = """() => {
-    const found = [];
+    const problems = [];
     const words = (e) => `${e.tagName.toLowerCase()}.${e.className}: ${e.textContent.slice(0, 60)}`;
     const seen = (e) => {
         const { width, height } = e.getBoundingClientRect();
         return width > 1 && height > 1 && !e.closest('.visually-hidden, .cm-editor, iframe');
     };
-    const box = (e) => {  // of the text, not of what stands around it
+    const box = (e) => {  // of the text, without its padding
         const range = document.createRange();
         range.selectNodeContents(e);
         return range.getBoundingClientRect();
     };
     const wide = document.documentElement.scrollWidth;
-    if (wide > innerWidth) found.push(`the page is ${wide} px wide`);
+    if (wide > innerWidth) problems.push(`the page is ${wide} px wide`);
     const texts = 'h1, h2, h3, th, td, dt, dd, p, li, .chip, .mark, .nav-link, .holder,'
         + ' .readout *, .plot-title *';
     for (const e of document.querySelectorAll(texts)) {
         if (!seen(e) || !/hidden|clip/.test(getComputedStyle(e).overflow)) continue;
-        if (e.scrollWidth > e.clientWidth + 1) found.push(`cut off: ${words(e)}`);
+        if (e.scrollWidth > e.clientWidth + 1) problems.push(`cut off: ${words(e)}`);
     }
     for (const e of document.querySelectorAll('.button, .chip, .mark, .stop')) {
         if (!seen(e)) continue;
         const [inner, outer] = [box(e), e.getBoundingClientRect()];
-        const whole = inner.left >= outer.left + 1 && inner.right <= outer.right - 1;
-        if (!whole) found.push(`out of its frame: ${words(e)}`);
+        const fits = inner.left >= outer.left + 1 && inner.right <= outer.right - 1;
+        if (!fits) problems.push(`out of its frame: ${words(e)}`);
     }
     const nodes = document.createTreeWalker(document.body, NodeFilter.SHOW_TEXT);
     while (nodes.nextNode()) {
@@ -39,8 +39,8 @@ UNREADABLE = """() => {
             const range = document.createRange();
             range.setStart(node, index);
             range.setEnd(node, index + word.length);
-            const lines = new Set([...range.getClientRects()].map((each) => Math.round(each.top)));
-            if (lines.size > 1) found.push(`broken: ${word} of ${words(node.parentElement)}`);
+            const lines = new Set([...range.getClientRects()].map((rect) => Math.round(rect.top)));
+            if (lines.size > 1) problems.push(`broken: ${word} of ${words(node.parentElement)}`);
         }
     }
     const texted = '.nav-link, .rig-name, .holder';
@@ -56,25 +56,25 @@ UNREADABLE = """() => {
         const across = Math.min(one.right, other.right) - Math.max(one.left, other.left);
         const down = Math.min(one.bottom, other.bottom) - Math.max(one.top, other.top);
         if (across <= -2 || down <= 2) return;
-        found.push(`touch: ${words(bar[i])} | ${words(bar[i + 1 + j])}`);
+        problems.push(`touch: ${words(bar[i])} | ${words(bar[i + 1 + j])}`);
     }));
-    return found;
+    return problems;
 }"""
-"""A script: a list of what cannot be read, in words."""
+"""A script that returns a list of unreadable parts, in words."""
 WORDS = """() => {
     const seen = (e) => e.getClientRects().length && getComputedStyle(e).visibility !== 'hidden';
     const nodes = document.createTreeWalker(document.body, NodeFilter.SHOW_TEXT);
-    const found = [];
+    const texts = [];
     while (nodes.nextNode()) {
         const e = nodes.currentNode.parentElement;
         if (e.closest('script, style, .cm-editor')) continue;
-        if (e.tagName === 'OPTION' || seen(e)) found.push(nodes.currentNode.nodeValue.trim());
+        if (e.tagName === 'OPTION' || seen(e)) texts.push(nodes.currentNode.nodeValue.trim());
     }
     for (const name of ['title', 'aria-label', 'placeholder', 'alt'])
-        for (const e of document.querySelectorAll(`[${name}]`)) found.push(e.getAttribute(name));
-    return found.filter(Boolean);
+        for (const e of document.querySelectorAll(`[${name}]`)) texts.push(e.getAttribute(name));
+    return texts.filter(Boolean);
 }"""
-"""A script: all words of a page that a person reads or hears."""
+"""A script that returns all texts of a page that a person reads or hears."""
 _ENGLISH = re.compile(
     r"(?<![\w.])(the|is|of|and|to|no|not|with|for|from|this|that|are|by|must|expected|unknown|held|"
     r"when|cannot)(?![\w.])",
@@ -82,9 +82,9 @@ _ENGLISH = re.compile(
 )
 
 
-def english_of(texts: list[str], own: str) -> list[str]:
-    """Return what has an English word in it, without texts of the lab's own files."""
-    lines = {line.strip(" -'\"") for line in own.split("\n") if line.strip()}
+def english_of(texts: list[str], lab_texts: str) -> list[str]:
+    """Return the texts with an English word, apart from texts of the lab's own files."""
+    lines = {line.strip(" -'\"") for line in lab_texts.split("\n") if line.strip()}
     values = {line.partition(": ")[2].strip("'\"") for line in lines} | lines
     for value in sorted(values - {""}, key=len, reverse=True):
         if " " in value:

@@ -1,4 +1,4 @@
-"""The panel behind a real nginx with TLS, by the configuration of the page, with a real browser."""
+"""The panel behind a real nginx with TLS, configured as documented, with a real browser."""
 
 from __future__ import annotations
 
@@ -40,14 +40,14 @@ PASSES_ON = "      proxy_set_header Host $http_host;"
 
 def nginx_path():
     """Return nginx, or skip: CI requires it."""
-    found = shutil.which("nginx", path=f"{os.environ['PATH']}{os.pathsep}/usr/sbin")
-    if found is None:
+    path = shutil.which("nginx", path=f"{os.environ['PATH']}{os.pathsep}/usr/sbin")
+    if path is None:
         lacking("NGINX", "there is no nginx: apt-get install nginx-light")
-    return found
+    return path
 
 
 def write_certificate(folder):
-    """Write a certificate of the name, signed by its own key."""
+    """Write a self-signed certificate for the name."""
     key = ec.generate_private_key(ec.SECP256R1())
     name = x509.Name([x509.NameAttribute(NameOID.COMMON_NAME, HOST)])
     now = dt.datetime.now(dt.UTC)
@@ -65,16 +65,16 @@ def write_certificate(folder):
     )
     pem = serialization.Encoding.PEM
     (folder / "rig.pem").write_bytes(certificate.public_bytes(pem))
-    plain = (serialization.PrivateFormat.PKCS8, serialization.NoEncryption())
-    (folder / "rig.key").write_bytes(key.private_bytes(pem, *plain))
+    unencrypted = (serialization.PrivateFormat.PKCS8, serialization.NoEncryption())
+    (folder / "rig.key").write_bytes(key.private_bytes(pem, *unencrypted))
 
 
 def configuration(folder, port, upstream):
-    """Return the configuration of the page, with the places and ports of this test."""
+    """Return the documented configuration, with the paths and ports of this test."""
     (text,) = (block.code for block in code_blocks(PAGE) if block.language == "nginx")
     places = "".join(
-        f"  {each}_temp_path {folder}/{each};\n"
-        for each in ("client_body", "proxy", "fastcgi", "uwsgi", "scgi")
+        f"  {name}_temp_path {folder}/{name};\n"
+        for name in ("client_body", "proxy", "fastcgi", "uwsgi", "scgi")
     )
     for old, new in (
         ("http {\n", f"http {{\n{places}"),
@@ -90,7 +90,7 @@ def configuration(folder, port, upstream):
 
 @dataclass(frozen=True)
 class Proxy:
-    """A proxy that is running before a panel."""
+    """A running proxy in front of a panel."""
 
     port: int
     folder: Path
@@ -98,7 +98,7 @@ class Proxy:
 
     @property
     def name(self):
-        """By which a browser knows it."""
+        """Its name for a browser."""
         return f"{HOST}:{self.port}"
 
     @property
@@ -107,14 +107,14 @@ class Proxy:
         return f"https://127.0.0.1:{self.port}"
 
     def trusted(self):
-        """Return what trusts its certificate, and no other."""
+        """Return an SSL context that trusts only its certificate."""
         return ssl.create_default_context(cafile=self.folder / "rig.pem")
 
     def get(self, path, **headers):
-        """Ask as a client of that name does."""
-        asked = {"Host": self.name, **WITH_TOKEN, **headers}
+        """Send a request as a client of that name does."""
+        headers = {"Host": self.name, **WITH_TOKEN, **headers}
         with httpx.Client(verify=self.trusted(), timeout=200) as client:
-            return client.get(f"{self.url}{path}", headers=asked, extensions={"sni_hostname": HOST})
+            return client.get(self.url + path, headers=headers, extensions={"sni_hostname": HOST})
 
     def events(self, origin):
         """Open the stream of events as a page of that origin does."""
@@ -130,16 +130,16 @@ class Proxy:
 
 
 @contextmanager
-def proxied(lab, folder, change=lambda text: text):
-    """Run a panel with a public name, and nginx before it, until the block ends."""
+def running_proxy(lab, folder, change=lambda text: text):
+    """Run a panel with a public name behind nginx until the block ends."""
     program, port = nginx_path(), free_port()
     write_certificate(folder)
     options = ("--public-name", f"{HOST}:{port}", "--token", TOKEN)
     with running_panel(lab, options=options) as panel:
         (folder / "nginx.conf").write_text(change(configuration(folder, port, panel.url)))
-        asked = [program, "-p", str(folder), "-c", str(folder / "nginx.conf")]
-        asked += ["-e", str(folder / "error.log"), "-g", f"daemon off; pid {folder}/nginx.pid;"]
-        with subprocess.Popen(asked, stderr=subprocess.PIPE, text=True) as process:
+        command = [program, "-p", str(folder), "-c", str(folder / "nginx.conf")]
+        command += ["-e", str(folder / "error.log"), "-g", f"daemon off; pid {folder}/nginx.pid;"]
+        with subprocess.Popen(command, stderr=subprocess.PIPE, text=True) as process:
             try:
                 _wait_for(port, process)
                 yield Proxy(port, folder, panel)
@@ -164,11 +164,11 @@ def _wait_for(port, process):
 @pytest.fixture(scope="module")
 def proxy(made_lab, tmp_path_factory):
     folder = tmp_path_factory.mktemp("proxy")
-    with proxied(shutil.copytree(made_lab, folder / "lab"), folder) as running:
+    with running_proxy(shutil.copytree(made_lab, folder / "lab"), folder) as running:
         yield running
 
 
-def test_the_public_name_gets_answers_without_cookies(proxy):
+def test_public_name_gets_answers_without_cookies(proxy):
     answer = proxy.get("/api/v1/rigs", Origin=f"https://{proxy.name}")
     assert answer.status_code == 200
     assert "set-cookie" not in answer.headers
@@ -181,23 +181,23 @@ def test_the_public_name_gets_answers_without_cookies(proxy):
     [
         ({"Authorization": "Bearer wrong"}, 401, "no_token"),
         ({"Host": "evil.example"}, 403, "foreign_origin"),
-        ({"Host": HOST}, 403, "foreign_origin"),  # its port is another
+        ({"Host": HOST}, 403, "foreign_origin"),  # without its port
         ({"Origin": "https://evil.example"}, 403, "foreign_origin"),
         ({"Origin": "null"}, 403, "foreign_origin"),
         ({"Sec-Fetch-Site": "cross-site"}, 403, "foreign_origin"),
     ],
 )
-def test_what_is_not_its_own_is_refused_through_the_proxy(proxy, headers, status, code):
+def test_unauthorised_or_foreign_request_is_refused_through_the_proxy(proxy, headers, status, code):
     answer = proxy.get("/api/v1/rigs", **headers)
     assert (answer.status_code, answer.json()["code"]) == (status, code)
 
 
-def test_a_page_of_that_name_without_tls_is_somebody_elses(proxy):
+def test_origin_without_tls_is_refused(proxy):
     answer = proxy.get("/api/v1/rigs", Origin=f"http://{proxy.name}")
     assert (answer.status_code, answer.json()["code"]) == (403, "foreign_origin")
 
 
-def test_the_events_come_by_a_websocket_through_tls(proxy):
+def test_events_arrive_by_websocket_over_tls(proxy):
     with proxy.events(f"https://{proxy.name}") as events:
         assert json.loads(events.recv(timeout=200))["type"] == "state"
     for origin in ("https://evil.example", f"http://{proxy.name}", f"https://{HOST}"):
@@ -206,37 +206,37 @@ def test_the_events_come_by_a_websocket_through_tls(proxy):
         assert caught.value.response.status_code == 403
 
 
-def test_on_its_own_machine_the_panel_answers_as_ever(proxy):
-    own = httpx.get(f"{proxy.panel.url}api/v1/rigs", headers=WITH_TOKEN)
-    assert own.status_code == 200
+def test_panel_behind_a_proxy_still_answers_locally(proxy):
+    answer = httpx.get(f"{proxy.panel.url}api/v1/rigs", headers=WITH_TOKEN)
+    assert answer.status_code == 200
     foreign = httpx.get(
         f"{proxy.panel.url}api/v1/rigs", headers={**WITH_TOKEN, "Host": "evil.example"}
     )
     assert foreign.json()["code"] == "foreign_origin"
 
 
-def test_a_proxy_that_does_not_pass_the_host_on_is_named(lab, tmp_path):
-    def forgetting(text):
+def test_proxy_that_drops_the_host_header_gets_a_hint(lab, tmp_path):
+    def without_host(text):
         assert PASSES_ON in text
         return re.sub(rf"{re.escape(PASSES_ON)}.*\n", "", text)
 
-    with proxied(lab, tmp_path, forgetting) as proxy:
+    with running_proxy(lab, tmp_path, without_host) as proxy:
         answer = proxy.get("/api/v1/rigs", Origin=f"https://{proxy.name}")
     assert answer.status_code == 403
     assert "proxy_set_header Host $http_host" in answer.json()["hint"]
 
 
 @pytest.mark.thorough
-def test_a_run_is_operated_in_a_browser_through_the_proxy(proxy, new_chromium):
+def test_run_is_operated_in_a_browser_through_the_proxy(proxy, new_chromium):
     browser = new_chromium(f"--host-resolver-rules=MAP {HOST} 127.0.0.1")
     context = browser.new_context(
         ignore_https_errors=True, viewport={"width": 1280, "height": 720}, locale="en-GB"
     )
     context.set_default_timeout(1000 * WITHIN_S)
-    seen = Seen(f"https://{proxy.name}/", proxy.panel.folder)
-    screen = Screen(context.new_page(), seen)
+    panel = ProxiedPanel(f"https://{proxy.name}/", proxy.panel.folder)
+    screen = Screen(context.new_page(), panel)
     sockets = []
-    screen.page.on("websocket", lambda opened: sockets.append(opened.url))
+    screen.page.on("websocket", lambda websocket: sockets.append(websocket.url))
     screen.open(f"#token={TOKEN}")
     screen.choose()
     screen.fill_in()
@@ -253,8 +253,8 @@ def test_a_run_is_operated_in_a_browser_through_the_proxy(proxy, new_chromium):
 
 
 @dataclass(frozen=True)
-class Seen:
-    """The panel as the browser has it."""
+class ProxiedPanel:
+    """The panel as the browser sees it."""
 
     url: str
     folder: Path

@@ -15,14 +15,14 @@ ORDER = {
 
 
 @pytest.mark.thorough
-def test_a_certificate_goes_through_its_whole_life(  # noqa: PLR0915  (a walk through it)
+def test_certificate_is_issued_verified_amended_and_signed(  # noqa: PLR0915  (a walk)
     new_screen, lab, tmp_path
 ):
     key = tmp_path / "key.pem"
     assert call("sign", "--new-key", key).code == 0
     with running_panel(lab, options=("--signing-key", str(key))) as panel:
         screen = new_screen(panel)
-        run = next(each.name for each in panel.runs.iterdir() if "QUICK-ST" in each.name)
+        run = next(run.name for run in panel.runs.iterdir() if "QUICK-ST" in run.name)
         screen.open(f"#/runs/{run}")
         page = screen.page
         page.get_by_role("heading", name="Issue a certificate").click()
@@ -32,19 +32,19 @@ def test_a_certificate_goes_through_its_whole_life(  # noqa: PLR0915  (a walk th
         issue = page.get_by_role("button", name="Issue", exact=True)
         page.get_by_label("Item tested", exact=True).fill(" ")
         page.get_by_label("Received on", exact=True).fill("2030-01-01")
-        issue.click()  # each refusal stands at its field, in the words of the screen
+        issue.click()  # each refusal is at its field, in the words of the screen
         expect(page.locator("#certificate-item-note")).to_have_text("must not be empty")
         expect(page.locator("#certificate-item")).to_be_focused()
         page.get_by_label("Item tested", exact=True).fill("Bearing")
         expect(page.locator("#certificate-item-note")).to_have_text("")
         issue.click()
-        late = page.locator("#certificate-received-note")
-        expect(late).to_contain_text("after the test, which began on 20")
-        expect(late).not_to_contain_text("--")
+        note = page.locator("#certificate-received-note")
+        expect(note).to_contain_text("after the test, which began on 20")
+        expect(note).not_to_contain_text("--")
         expect(page.locator("form.inputs .told")).to_be_empty()
         page.get_by_label("Received on", exact=True).fill("2026-01-01")
-        expect(late).to_have_text("")
-        issue.click()  # by the name that was typed: it is not asked again
+        expect(note).to_have_text("")
+        issue.click()  # by the name that was typed above, not asked for again
         first = page.locator(".issued").first
         expect(first).to_contain_text("not for certification")
         page.get_by_role("button", name="Issue", exact=True).click()

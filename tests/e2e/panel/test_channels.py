@@ -1,4 +1,4 @@
-"""Live channels in every phase, with their age; what is old looks old."""
+"""Live channels in every phase, with their age; old values look old."""
 
 from __future__ import annotations
 
@@ -14,21 +14,21 @@ LAG = """async () => {
     await new Promise((done) => {
         forget = listen((changed) => {
             if (!changed.has("channels")) return;
-            const times = store.state.channels.map((each) => each.utc).filter(Boolean);
+            const times = store.state.channels.map((channel) => channel.utc).filter(Boolean);
             const newest = times.sort().at(-1);
             if (newest && lags.push(Date.now() - Date.parse(newest)) >= 10) done();
         });
         setTimeout(done, 60000);  // a busy machine
     });
     forget();
-    return lags.sort((one, other) => one - other);
+    return lags.sort((a, b) => a - b);
 }"""
 
 
 OLD = """async () => {
     const { isOld } = await import("/js/parts/channels.js");
     const { store } = await import("/js/store.js");
-    return store.state.channels.filter((each) => each.utc).map((each) => isOld(each.utc));
+    return store.state.channels.filter(({ utc }) => utc).map(({ utc }) => isOld(utc));
 }"""
 
 
@@ -52,8 +52,8 @@ def test_channels_are_live_while_nothing_is_recorded_and_old_afterwards(
     expect(page.locator(".channels tbody tr.old")).to_have_count(0)
     expect(rows.filter(has_text="tester.temperature")).to_contain_text("°C")
     lags = page.evaluate(LAG)
-    told = f"{len(lags)} updates: median {lags[len(lags) // 2]} ms, worst {lags[-1]} ms"
-    (pictures / f"lag-{locale}.txt").write_text(told, encoding="utf-8")
+    summary = f"{len(lags)} updates: median {lags[len(lags) // 2]} ms, worst {lags[-1]} ms"
+    (pictures / f"lag-{locale}.txt").write_text(summary, encoding="utf-8")
     assert len(lags) >= 10
     assert lags[len(lags) // 2] < 2500, "a tenth of it is the aim on a quiet machine"
     page.screenshot(path=pictures / f"channels-desk-{locale}.png")
@@ -64,23 +64,23 @@ def test_channels_are_live_while_nothing_is_recorded_and_old_afterwards(
     page.get_by_role("button", name="STOP").click()
     screen.wait_for_result()
     page.goto(f"{panel.url}?rig=station.yaml#/run")
-    page.reload()  # as who opens it now
+    page.reload()  # as a person who opens it now
     page.wait_for_selector("header .chip:not(.disconnected)")
     assert set(page.evaluate(OLD)) == {True}, "from the first moment"
     page.get_by_role("button", name="Channels" if locale == "en-GB" else "Kanäle").click()
     expect(rows.first).to_be_visible()
     expect(page.locator(".channels tbody tr:not(.old)")).to_have_count(0)
-    safe = {each["name"]: each for each in panel.get("state")["channels"]}["tester.load"]
-    events = [each["event"] for each in panel.get("events")["items"]]
+    channels = {channel["name"]: channel for channel in panel.get("state")["channels"]}
     (made_safe,) = [
-        each
-        for each in events
-        if each["event"] == "MadeSafe" and each["read_back"].get("tester.load") is not None
+        event
+        for event in (item["event"] for item in panel.get("events")["items"])
+        if event["event"] == "MadeSafe" and event["read_back"].get("tester.load") is not None
     ]
+    safe = channels["tester.load"]
     assert abs(safe["value"] - made_safe["read_back"]["tester.load"]) < 1e-6
     assert safe["utc"] == made_safe["utc"]
     load = page.locator(".readout.old").first
-    expect(load).to_contain_text(made_safe["utc"][17:19])  # since when it is so
+    expect(load).to_contain_text(made_safe["utc"][17:19])  # the time of the value
 
 
 POINTS = """async ([y, x]) => {
@@ -95,25 +95,25 @@ LATE = """async () => {
     const plot = document.querySelector(".plot-curve .plot");
     return [plot.className, plot.querySelector(".plot-of").textContent];
 }"""
-"""A curve that comes late, of what is being recorded."""
+"""A late curve of the present recording."""
 
 
 @pytest.mark.thorough
-def test_the_operator_chooses_plots_which_are_kept_for_the_procedure(new_screen, panel, pictures):
+def test_chosen_plots_are_kept_for_the_procedure(new_screen, panel, pictures):
     screen = new_screen()
     page = screen.page
     screen.begin(ENDLESS, specimen="PLOTS")
     expect(page.locator(".step.running", has_text="at 20 Hz")).to_contain_text("Record")
-    lags = page.evaluate(LAG)  # of what is recorded
+    lags = page.evaluate(LAG)  # of recorded channels
     assert len(lags) >= 10
-    told = f"{len(lags)} updates: median {lags[len(lags) // 2]} ms, worst {lags[-1]} ms"
-    (pictures / "lag-recording.txt").write_text(told, encoding="utf-8")
+    summary = f"{len(lags)} updates: median {lags[len(lags) // 2]} ms, worst {lags[-1]} ms"
+    (pictures / "lag-recording.txt").write_text(summary, encoding="utf-8")
     assert lags[len(lags) // 2] < 2500, "a tenth of it is the aim on a quiet machine"
     page.locator(".plot-curve .plot:not(.past)").wait_for()
-    kind, told = page.evaluate(LATE)
+    kind, age = page.evaluate(LATE)
     assert "past" in kind.split()
-    assert told.endswith(": 8 s old")
-    page.locator(".plot-curve .plot:not(.past)").wait_for()  # the next one is of now
+    assert age.endswith(": 8 s old")
+    page.locator(".plot-curve .plot:not(.past)").wait_for()  # the next one is current
     page.get_by_role("button", name="Plots").click()
     for over in ("Time", "tester.angle"):
         page.get_by_label("Channel", exact=True).select_option("tester.torque")
@@ -145,8 +145,8 @@ PAST = """async () => {
 }"""
 
 
-def each_is_live(page, phase: str) -> None:
-    """Every channel has a row, an age and a strip; none is old while nothing is recorded."""
+def expect_live_channels(page, phase: str) -> None:
+    """Expect a row, an age and a strip of every channel, and none that is old."""
     rows = page.locator(".channels tbody tr")
     expect(rows.first).to_be_visible()
     expect(page.locator(".channels tbody tr.old")).to_have_count(0)
@@ -159,7 +159,7 @@ def each_is_live(page, phase: str) -> None:
 
 
 @pytest.mark.thorough
-def test_each_channel_is_live_while_it_waits_settles_or_pauses(new_screen, lab):
+def test_channels_are_live_while_the_run_waits_settles_or_pauses(new_screen, lab):
     path = lab / "procedures/quick_asks.yaml"
     text = path.read_text(encoding="utf-8")
     assert "- settle: {cycles: 1}" in text
@@ -174,14 +174,14 @@ def test_each_channel_is_live_while_it_waits_settles_or_pauses(new_screen, lab):
         page.get_by_role("button", name="Start", exact=True).click()
         page.locator(".prompt").wait_for()
         page.evaluate("document.querySelectorAll('.run-buttons .button')[4].click()")
-        each_is_live(page, "asking")
+        expect_live_channels(page, "asking")
         page.locator(".prompt").get_by_role("button", name="Yes").click()
         panel.wait_for("running")
         expect(page.locator(".step.running")).to_contain_text("Settle for 120 cycles")
-        each_is_live(page, "running")
+        expect_live_channels(page, "running")
         page.locator("#prompt-input").fill("22.5")
         page.keyboard.press("Enter")
         panel.wait_for("paused")
-        each_is_live(page, "paused")
+        expect_live_channels(page, "paused")
         page.get_by_role("button", name="STOP").click()
         screen.wait_for_result()

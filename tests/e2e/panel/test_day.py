@@ -1,4 +1,4 @@
-"""A day at two rigs, as people have it: twelve specimens, a real Chromium, and what goes wrong."""
+"""A day at two rigs: twelve specimens, a real Chromium, and several mishaps."""
 
 from __future__ import annotations
 
@@ -44,8 +44,8 @@ main:
 teardown:
   - set: {{tester.frequency: 0 Hz}}
 """
-OF_ONE = [f"SN-{n}" for n in range(1, 7)]
-OF_OTHER = [f"SN-{n}" for n in range(7, 13)]
+SPECIMENS = [f"SN-{n}" for n in range(1, 7)]
+OTHER_SPECIMENS = [f"SN-{n}" for n in range(7, 13)]
 SIZES = {"desk": (1280, 720), "tablet": (820, 1180)}
 GRAVE = {"serious", "critical"}
 
@@ -55,8 +55,8 @@ def two_rigs(lab):
     """A lab with two benches that are in order."""
     (lab / "overdue.yaml").unlink()
     text = (lab / BENCH).read_text(encoding="utf-8")
-    other = text.replace("id: bench-1", "id: bench-2").replace(STATION, OTHER_TITLE)
-    (lab / OTHER).write_text(other, encoding="utf-8")
+    station = text.replace("id: bench-1", "id: bench-2").replace(STATION, OTHER_TITLE)
+    (lab / OTHER).write_text(station, encoding="utf-8")
     (lab / "procedures/alone.yaml").write_text(PROCEDURE, encoding="utf-8")
     return lab
 
@@ -76,18 +76,18 @@ def answer(page, text):
 
 
 def scan(page, specimens, *, named):
-    """As a scanner does: each word with Enter, into the field that keeps the focus."""
+    """Scan as a scanner does: each word with Enter, into the field that keeps the focus."""
     page.locator("#queue-scan").focus()
-    for each in specimens:
-        page.keyboard.type(each)
+    for specimen in specimens:
+        page.keyboard.type(specimen)
         page.keyboard.press("Enter")
-        if each == specimens[0] and not named:
+        if specimen == specimens[0] and not named:
             answer(page, NAME)  # who has control
-        row(page, each).wait_for()
+        row(page, specimen).wait_for()
         expect(page.locator("#queue-scan")).to_have_value("")
 
 
-def to_queue(screen, station, procedure):
+def open_queue(screen, station, procedure):
     screen.open("#/queue", station)
     page = screen.page
     page.locator("#queue-procedure").select_option(label=procedure)
@@ -96,54 +96,53 @@ def to_queue(screen, station, procedure):
 
 
 def statuses(panel, station):
-    return Counter(each["status"] for each in panel.get("queue", station)["entries"])
+    return Counter(entry["status"] for entry in panel.get("queue", station)["entries"])
 
 
 def rig_processes(panel):
     """Return the numbers of the processes of the panel that have a rig."""
-    found = started_by(panel.process.pid).items()
-    return [pid for pid, command in found if "panel.jobs.main" in command]
+    commands = started_by(panel.process.pid).items()
+    return [pid for pid, command in commands if "panel.jobs.main" in command]
 
 
 @pytest.mark.thorough
-def test_a_day_with_two_rigs_and_twelve_specimens(new_screen, two_rigs):  # noqa: PLR0915  (a day)
+def test_day_with_two_rigs_and_twelve_specimens(new_screen, two_rigs):  # noqa: PLR0915  (a day)
     with running_panel(two_rigs) as panel:
-        other = new_screen(panel)
-        theirs = to_queue(other, OTHER, ALONE)
-        scan(theirs, OF_OTHER, named=False)
+        other_page = open_queue(new_screen(panel), OTHER, ALONE)
+        scan(other_page, OTHER_SPECIMENS, named=False)
 
         screen = new_screen(panel)
         screen.page.goto(panel.url)
         expect(card(screen.page, OTHER_TITLE).locator(".rig-foot")).to_contain_text("6 waiting")
         card(screen.page, STATION).get_by_role("link").click()
         screen.page.get_by_role("link", name="Queue").click()
-        page = to_queue(screen, BENCH, LOADED)
+        page = open_queue(screen, BENCH, LOADED)
         page.get_by_label("Bearing type").fill("GE20")
         page.get_by_label("Lot").fill("L-7")
         page.get_by_label("Your name").fill(NAME)
-        scan(page, OF_ONE, named=True)
+        scan(page, SPECIMENS, named=True)
 
         # the scanner beeps twice, and a specimen of the other rig is scanned here
-        for procedure, specimen, told in (
+        for procedure, specimen, message in (
             (LOADED, "SN-3", "SN-3 is already in the queue: entry 9"),
             (ALONE, "SN-8", f"SN-8 is already in the queue of {OTHER}: entry 2"),
         ):
             page.locator("#queue-procedure").select_option(label=procedure)
             page.locator("#queue-scan").fill(specimen)
             page.keyboard.press("Enter")
-            expect(page.locator("#queue-scan-note")).to_contain_text(told)
+            expect(page.locator("#queue-scan-note")).to_contain_text(message)
         page.locator("#queue-scan").fill("")
         assert statuses(panel, BENCH) == {"waiting": 6}
 
-        # a question is up at the one rig, and the run is paused; it is asked again afterwards
+        # a question is open at the first rig, and the run is paused; it is asked again afterwards
         page.get_by_role("button", name="Start SN-1").click()
         page.locator(".prompt").wait_for()
         page.keyboard.press("F8")
         page.locator(".banner", has_text="Paused").wait_for()
 
-        # meanwhile the other one does its six by itself, the first by a person's word
-        theirs.get_by_label("Start automatically").click()
-        expect(theirs.get_by_label("Start automatically")).to_be_checked()
+        # meanwhile the other rig runs its six by itself, once a person has allowed it
+        other_page.get_by_label("Start automatically").click()
+        expect(other_page.get_by_label("Start automatically")).to_be_checked()
         wait_until(lambda: panel.get("queue", OTHER)["entries"][0]["status"] != "waiting")
         page.keyboard.press("F8")
         page.locator(".prompt").get_by_role("button", name="Yes").click()
@@ -165,30 +164,30 @@ def test_a_day_with_two_rigs_and_twelve_specimens(new_screen, two_rigs):  # noqa
         expect(card(page, OTHER_TITLE).locator(".rig-word")).to_have_text("Completed")
         assert statuses(panel, OTHER) == {"done": 6}, "untouched"
 
-        # nothing starts before a person has decided what becomes of it
+        # nothing starts before a person has decided about the interrupted entry
         card(page, STATION).get_by_role("link").click()
         page.get_by_role("link", name="Queue").click()
         expect(row(page, "SN-2").locator(".mark")).to_have_text("interrupted")
         expect(page.get_by_role("button", name="Start next")).to_be_disabled()
         row(page, "SN-2").get_by_role("button", name="Repeat").click()
         answer(page, "its process was killed")
-        for specimen in OF_ONE[1:]:
+        for specimen in SPECIMENS[1:]:
             page.get_by_role("button", name=f"Start {specimen}").click()
             page.locator(".prompt").get_by_role("button", name="Yes").click()
             screen.wait_for_result()
             page.get_by_role("link", name="Queue").click()
         wait_until(lambda: statuses(panel, BENCH)["done"] == 6)
-        done = [each for each in panel.get("queue")["entries"] if each["status"] == "done"]
-        assert [each["specimen"] for each in done] == OF_ONE
-        assert {each["verdict"] for each in done} == {"pass"}
+        done = [entry for entry in panel.get("queue")["entries"] if entry["status"] == "done"]
+        assert [entry["specimen"] for entry in done] == SPECIMENS
+        assert {entry["verdict"] for entry in done} == {"pass"}
 
-        # each specimen has one whole run, and the killed one a run that says so
+        # each specimen has one completed run, and the killed run is listed besides
         items = panel.get("runs")["items"]
-        whole = Counter(each["specimen"] for each in items if each["outcome"] == "completed")
-        assert {name: whole[name] for name in OF_ONE + OF_OTHER} == dict.fromkeys(
-            OF_ONE + OF_OTHER, 1
+        completed = Counter(item["specimen"] for item in items if item["outcome"] == "completed")
+        assert {name: completed[name] for name in SPECIMENS + OTHER_SPECIMENS} == dict.fromkeys(
+            SPECIMENS + OTHER_SPECIMENS, 1
         )
-        assert sum(each["specimen"] == "SN-2" for each in items) == 2
+        assert sum(item["specimen"] == "SN-2" for item in items) == 2
 
         # the certificate of the first
         row(page, "SN-1").get_by_role("link", name="SN-1").click()
@@ -200,7 +199,7 @@ def test_a_day_with_two_rigs_and_twelve_specimens(new_screen, two_rigs):  # noqa
         page.locator("#certificate-received").fill("2026-11-20")
         page.get_by_role("button", name="Issue", exact=True).click()
         expect(page.locator("form.inputs .told")).to_contain_text("was issued")
-        certified = next(each["run"] for each in items if each["specimen"] == "SN-1")
+        certified = next(item["run"] for item in items if item["specimen"] == "SN-1")
         assert len(panel.get(f"runs/{certified}/certificates")["items"]) == 1
 
 
@@ -220,7 +219,7 @@ def begin(new_screen, panel, station, title, procedure):
 
 
 @pytest.mark.thorough
-def test_stop_of_a_rig_is_one_click_on_the_overview_and_stops_no_other(new_screen, two_rigs):
+def test_stop_on_the_overview_stops_only_its_rig(new_screen, two_rigs):
     with running_panel(two_rigs) as panel:
         first = begin(new_screen, panel, BENCH, STATION, LOADED)
         begin(new_screen, panel, OTHER, OTHER_TITLE, NO_LOAD)
@@ -239,11 +238,11 @@ def test_stop_of_a_rig_is_one_click_on_the_overview_and_stops_no_other(new_scree
 
 @pytest.mark.thorough
 @pytest.mark.parametrize("locale", ["en-GB", "de-DE"])
-def test_the_overview_is_looked_at(new_screen, two_rigs, pictures, locale):
+def test_overview_fits_the_screen_and_is_accessible(new_screen, two_rigs, pictures, locale):
     with running_panel(two_rigs) as panel:
         begin(new_screen, panel, BENCH, STATION, LOADED)
         screen = new_screen(panel, locale=locale)
-        page, grave = screen.page, []
+        page, violations = screen.page, []
         page.add_init_script(path=axe_script())
         for size, (width, height) in SIZES.items():
             page.set_viewport_size({"width": width, "height": height})
@@ -262,10 +261,10 @@ def test_the_overview_is_looked_at(new_screen, two_rigs, pictures, locale):
                     points = state.evaluate("e => parseFloat(getComputedStyle(e).fontSize)")
                     assert points > 0.085 * height
                     assert page.evaluate("document.documentElement.scrollHeight") <= height
-                found = page.evaluate("axe.run(document, {resultTypes: ['violations']})")
-                grave += [
-                    f"{name}: {each['id']}: {each['nodes'][0]['html'][:120]}"
-                    for each in found["violations"]
-                    if each["impact"] in GRAVE
+                result = page.evaluate("axe.run(document, {resultTypes: ['violations']})")
+                violations += [
+                    f"{name}: {item['id']}: {item['nodes'][0]['html'][:120]}"
+                    for item in result["violations"]
+                    if item["impact"] in GRAVE
                 ]
-        assert grave == []
+        assert violations == []

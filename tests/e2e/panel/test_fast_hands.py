@@ -1,4 +1,4 @@
-"""Clicks and words that are faster than the answers of the panel."""
+"""Clicks and typing that are faster than the answers of the panel."""
 
 from __future__ import annotations
 
@@ -12,8 +12,8 @@ from e2e.panel.helpers_screen import LOADED, NO_LOAD, running_panel
 TWO_QUESTIONS = "Torque after two questions"
 
 
-class Held:
-    """Requests to an address, which wait for their answers until they are let go."""
+class HeldRequests:
+    """Requests to an address, which wait for their answers until they are released."""
 
     def __init__(self, page, address):
         self.page, self.address = page, re.compile(address)
@@ -24,20 +24,20 @@ class Held:
         self.routes.append(route)
 
     def wait_for(self, count):
-        """Wait until so many of them were made."""
+        """Wait until there are so many of them."""
         while len(self.routes) < count:
             self.page.wait_for_timeout(20)
 
-    def let_go(self, which):
-        """Let one of them go, and wait until the page has shown its answer."""
-        with self.page.expect_response(self.address) as caught:
-            self.routes[which].continue_()
-        caught.value.finished()
+    def release(self, index):
+        """Release one of them, and wait until the page has shown its answer."""
+        with self.page.expect_response(self.address) as response:
+            self.routes[index].continue_()
+        response.value.finished()
         self.page.evaluate("new Promise((done) => setTimeout(done, 200))")
 
 
 @pytest.mark.parametrize(
-    ("place", "label", "listed"),
+    ("place", "label", "selector"),
     [
         ("#/", "Search procedures", ".card:first-child .item"),
         pytest.param(
@@ -46,38 +46,38 @@ class Held:
         pytest.param("#/history", "Search specimen", ".runs tbody tr", marks=pytest.mark.thorough),
     ],
 )
-def test_an_answer_that_comes_late_does_not_replace_a_newer_one(screen, place, label, listed):
+def test_late_answer_does_not_replace_a_newer_one(screen, place, label, selector):
     page = screen.page
     screen.open(place)
-    shown = page.locator(listed)
-    expect(shown.nth(1)).to_be_visible()
-    held = Held(page, "search=torque")
+    rows = page.locator(selector)
+    expect(rows.nth(1)).to_be_visible()
+    requests = HeldRequests(page, "search=torque")
     field = page.get_by_label(re.compile(label))
     field.fill("torque")
-    held.wait_for(1)
+    requests.wait_for(1)
     field.fill("no such thing")
-    expect(shown).to_have_count(0)
-    held.let_go(0)
-    expect(shown).to_have_count(0)
+    expect(rows).to_have_count(0)
+    requests.release(0)
+    expect(rows).to_have_count(0)
 
 
 @pytest.mark.thorough
-def test_what_has_the_focus_keeps_it_when_the_list_comes_anew(screen):
+def test_focus_stays_when_the_list_is_reloaded(screen):
     page = screen.page
     screen.open()
     chosen = page.locator(".item", has_text=LOADED).locator("input")
     expect(page.locator(".item", has_text=NO_LOAD)).to_be_visible()
-    held = Held(page, "search=Quick")
+    requests = HeldRequests(page, "search=Quick")
     page.get_by_label("Search procedures").fill("Quick starting")
-    held.wait_for(1)
+    requests.wait_for(1)
     chosen.focus()
-    held.let_go(0)
+    requests.release(0)
     expect(page.locator(".item", has_text=NO_LOAD)).to_have_count(0)
     expect(chosen).to_be_focused()
 
 
 @pytest.mark.thorough
-def test_a_double_click_on_start_starts_one_run(screen, panel):
+def test_double_click_on_start_starts_one_run(screen, panel):
     screen.open()
     screen.choose()
     screen.fill_in()
@@ -89,24 +89,24 @@ def test_a_double_click_on_start_starts_one_run(screen, panel):
 
 
 @pytest.mark.thorough
-def test_fields_of_the_newest_choice_stay_when_an_earlier_answer_comes(screen):
+def test_earlier_answer_does_not_replace_fields_of_newest_choice(screen):
     screen.open("#/queue")
     page = screen.page
     page.locator("#queue-procedure").select_option(label=LOADED)
     lot = page.get_by_label("Lot")
     lot.wait_for()
-    held = Held(page, r"/plan\?rig=")
-    for chosen in (NO_LOAD, LOADED, NO_LOAD, LOADED):
-        page.locator("#queue-procedure").select_option(label=chosen)
-    held.wait_for(4)
-    held.let_go(3)
+    requests = HeldRequests(page, r"/plan\?rig=")
+    for procedure in (NO_LOAD, LOADED, NO_LOAD, LOADED):
+        page.locator("#queue-procedure").select_option(label=procedure)
+    requests.wait_for(4)
+    requests.release(3)
     lot.focus()
-    held.let_go(1)
+    requests.release(1)
     expect(lot).to_be_focused()
 
 
 @pytest.mark.thorough
-def test_neither_a_double_click_nor_a_scan_answers_a_question(new_screen, lab):
+def test_double_click_and_scan_do_not_answer_a_question(new_screen, lab):
     text = (lab / "procedures/quick_torque.yaml").read_text(encoding="utf-8")
     text = text.replace(LOADED, TWO_QUESTIONS).replace("id: QUICK-ST", "id: QUICK-TWO")
     second = "main:\n  - confirm: {text: Hands out?, unattended: yes}\n"
@@ -129,7 +129,7 @@ def test_neither_a_double_click_nor_a_scan_answers_a_question(new_screen, lab):
         page.locator(".prompt").get_by_role("button", name="Yes").click()
         expect(page.locator(".prompt-text")).to_have_text("Hands out?")
         yes = page.locator(".prompt").get_by_role("button", name="Yes")
-        yes.dispatch_event("click", {"detail": 2})  # the second click, on what is new
+        yes.dispatch_event("click", {"detail": 2})  # the second click, on the new question
         page.wait_for_timeout(500)
         expect(page.locator(".prompt-text")).to_have_text("Hands out?")
         yes.click()

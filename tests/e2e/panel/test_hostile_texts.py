@@ -1,4 +1,4 @@
-"""Texts that are scripts, wherever one can be typed or sent: each page shows them as texts."""
+"""Texts that are scripts, typed or sent anywhere: each page shows them as text."""
 
 from __future__ import annotations
 
@@ -12,28 +12,28 @@ window.hits = [];
 document.addEventListener("securitypolicyviolation", (event) => hits.push(event.blockedURI));
 """
 PAGES = ("rigs", "", "queue", "procedures", "procedures/hostile.yaml", "history", "trends", "run")
-TELLING = ("rigs", "queue", "procedures")
-"""Pages that show such a text for certain, so that one need not wait."""
+CERTAIN = ("rigs", "queue", "procedures")
+"""Pages that certainly show such a text, so that the test need not wait."""
 
 
 def hostile_lab(lab):
     """Add a station and a procedure whose titles are scripts."""
     station = (lab / "station.yaml").read_text(encoding="utf-8")
     lines = [
-        f"title: '{HOSTILE}'" if each.startswith("title:") else each
-        for each in station.replace("id: bench-1", "id: bench-hostile").splitlines()
+        f"title: '{HOSTILE}'" if line.startswith("title:") else line
+        for line in station.replace("id: bench-1", "id: bench-hostile").splitlines()
     ]
     (lab / "hostile_station.yaml").write_text("\n".join(lines), encoding="utf-8")
     procedure = (lab / "procedures/quick_no_load.yaml").read_text(encoding="utf-8")
     lines = [
-        f"title: '{HOSTILE}'" if each.startswith("title:") else each
-        for each in procedure.replace("id: QUICK-NL", "id: HOSTILE").splitlines()
+        f"title: '{HOSTILE}'" if line.startswith("title:") else line
+        for line in procedure.replace("id: QUICK-NL", "id: HOSTILE").splitlines()
     ]
     (lab / "hostile.yaml").write_text("\n".join(lines), encoding="utf-8")
 
 
 @pytest.mark.thorough
-def test_no_text_of_a_file_a_person_or_a_program_becomes_a_script(new_screen, lab, panel):
+def test_hostile_texts_are_shown_as_text(new_screen, lab, panel):
     hostile_lab(lab)
     pair = {"procedure": "procedures/quick_torque.yaml", "station": "hostile_station.yaml"}
     headers = {"X-Rigrunner-Client": "client-mallory"}
@@ -41,22 +41,22 @@ def test_no_text_of_a_file_a_person_or_a_program_becomes_a_script(new_screen, la
         rig = {"rig": pair["station"]}
         client.post("control", json={"name": HOSTILE[:90]}, params=rig).raise_for_status()
         inputs = {"specimen": HOSTILE, "type": HOSTILE, "lot": HOSTILE, "operator": HOSTILE}
-        asked = {**pair, "inputs": inputs}
-        client.post("queue/propose", json=asked, params=rig).raise_for_status()
-        held = {"entry": 1, "reason": HOSTILE}
-        client.post("queue/hold", json=held, params=rig).raise_for_status()
-        opened = {"procedure": "hostile.yaml", "by": HOSTILE[:90]}
-        client.post("procedures/edit", json=opened).raise_for_status()
+        proposal = {**pair, "inputs": inputs}
+        client.post("queue/propose", json=proposal, params=rig).raise_for_status()
+        hold = {"entry": 1, "reason": HOSTILE}
+        client.post("queue/hold", json=hold, params=rig).raise_for_status()
+        edit = {"procedure": "hostile.yaml", "by": HOSTILE[:90]}
+        client.post("procedures/edit", json=edit).raise_for_status()
         screen = new_screen()
         page = screen.page
         page.add_init_script(PROBE)
-        for each in PAGES:
+        for place in PAGES:
             page.goto("about:blank")
-            page.goto(f"{panel.url}?rig={pair['station']}#/{each}")
+            page.goto(f"{panel.url}?rig={pair['station']}#/{place}")
             page.wait_for_selector("header .chip:not(.disconnected)")
-            if each in TELLING:
+            if place in CERTAIN:
                 expect(page.locator("main")).to_contain_text("onerror")
             else:
                 page.wait_for_timeout(500)
-            assert page.evaluate("[window.hit, hits]") == [None, []], each
-            assert page.locator("main img[src=x]").count() == 0, each
+            assert page.evaluate("[window.hit, hits]") == [None, []], place
+            assert page.locator("main img[src=x]").count() == 0, place

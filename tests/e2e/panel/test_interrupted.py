@@ -1,4 +1,4 @@
-"""A run whose process was killed: resumed, or closed as it is, on the screen alone."""
+"""A run whose process was killed: resumed, or closed as it is, at the screen."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ def answer_yes(page):
 
 
 @pytest.mark.thorough
-def test_a_killed_run_is_resumed_from_the_panel_and_ends_sealed(screen, panel):
+def test_killed_run_is_resumed_from_the_panel_and_ends_sealed(screen, panel):
     page = screen.page
     screen.begin()
     panel.wait_for("running")
@@ -44,7 +44,7 @@ def test_a_killed_run_is_resumed_from_the_panel_and_ends_sealed(screen, panel):
     expect(row.locator(".mark")).to_have_text("Interrupted")
     row.locator("td").nth(3).click()
     page.get_by_role("button", name="Resume").click()
-    page.keyboard.type("SN-17")  # a scanner is a keyboard: what it scans here decides nothing
+    page.keyboard.type("SN-17")  # a scanner is a keyboard: a scan here decides nothing
     page.keyboard.press("Enter")
     page.wait_for_timeout(300)
     assert panel.phase() == "finished"
@@ -54,14 +54,14 @@ def test_a_killed_run_is_resumed_from_the_panel_and_ends_sealed(screen, panel):
     screen.wait_for_result()
     expect(page.locator(".result-head .verdict")).to_contain_text("Pass")
     assert page.get_by_role("button", name="Resume").count() == 0
-    found = panel.get(f"runs/{run}")
-    assert (found["sealed"], found["item"]["outcome"]) == (True, "completed")
-    assert f"resume run by {NAME}" in " ".join(each["text"] for each in found["events"])
-    assert sum(each["run"] == run for each in panel.get("runs")["items"]) == 1
+    stored = panel.get(f"runs/{run}")
+    assert (stored["sealed"], stored["item"]["outcome"]) == (True, "completed")
+    assert f"resume run by {NAME}" in " ".join(event["text"] for event in stored["events"])
+    assert sum(item["run"] == run for item in panel.get("runs")["items"]) == 1
 
 
 @pytest.mark.thorough
-def test_a_killed_run_is_closed_as_it_is_with_a_reason(screen, panel):
+def test_killed_run_is_closed_as_it_is_with_a_reason(screen, panel):
     page = screen.page
     screen.begin(ENDLESS)
     panel.wait_for("running")
@@ -72,6 +72,6 @@ def test_a_killed_run_is_closed_as_it_is_with_a_reason(screen, panel):
     page.keyboard.press("Enter")
     expect(page.locator(".result-head .verdict-word")).to_have_text("Aborted")
     expect(page.get_by_role("button", name="Close as it is")).to_have_count(0)
-    found = panel.get(f"runs/{run}")
-    assert (found["sealed"], found["item"]["interrupted"]) == (True, False)
-    assert found["reason"] == f"interrupted, and closed as it was by {NAME}: the specimen broke"
+    stored = panel.get(f"runs/{run}")
+    assert (stored["sealed"], stored["item"]["interrupted"]) == (True, False)
+    assert stored["reason"] == f"interrupted, and closed as it was by {NAME}: the specimen broke"

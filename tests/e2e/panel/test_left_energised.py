@@ -13,7 +13,7 @@ from rigrunner.rig_state.marker import DriveMark, Owner
 
 
 @pytest.mark.thorough
-def test_a_person_says_by_name_that_the_rig_is_safe(new_screen, tmp_path):
+def test_person_confirms_by_name_that_the_rig_is_safe(new_screen, tmp_path):
     lab = SupplyLab(tmp_path / "supply_lab")
     owner = Owner("supply", str(lab.station), "STEPS", 1, "bench", "2026-03-01T12:00:00.000Z")
     RigMarks(owner, ["psu"])._add(DriveMark(Member("psu", "voltage"), "V", 0.0, 40.0))
@@ -25,10 +25,10 @@ def test_a_person_says_by_name_that_the_rig_is_safe(new_screen, tmp_path):
         page.locator(".item", has_text="STEPS").click()
         page.get_by_role("button", name="Next", exact=True).click()
         screen.check_rig(ready=False)
-        asked = page.locator(".light.fail", has_text="not read back as safe")
-        expect(asked).to_contain_text("confirm there that it is safe")
-        assert "rigrunner" not in asked.inner_text()
-        asked.get_by_role("button", name="It is safe").click()
+        light = page.locator(".light.fail", has_text="not read back as safe")
+        expect(light).to_contain_text("confirm there that it is safe")
+        assert "rigrunner" not in light.inner_text()
+        light.get_by_role("button", name="It is safe").click()
         page.get_by_role("button", name="The rig is safe").click()  # without a reason
         expect(page.locator("#dialog-text-note")).not_to_be_empty()
         page.locator("#dialog-text").fill("unplugged")

@@ -1,4 +1,4 @@
-"""Every page in both themes: a picture for people to look at, and axe-core's findings."""
+"""Every page in both themes: a picture to look at, and the violations that axe-core reports."""
 
 from __future__ import annotations
 
@@ -13,25 +13,26 @@ DESK = {"width": 1280, "height": 720}
 TABLET = {"width": 1024, "height": 768}
 
 
-OF_COLOURS = ["color-contrast", "link-in-text-block"]
-"""What axe-core asks of colours; all else is the same in every theme."""
+COLOUR_RULES = ["color-contrast", "link-in-text-block"]
+"""Rules of axe-core for colours; the others give the same in every theme."""
 
 
-def look(page, pictures, name: str, grave: list[str], *, colours_alone: bool) -> None:
+def look(page, pictures, name: str, violations: list[str], *, colours_alone: bool) -> None:
     """Take a picture and let axe-core judge the page."""
     page.wait_for_timeout(250)
     page.screenshot(path=pictures / f"{name}.png")
-    wanted = {"resultTypes": ["violations"]} | ({"runOnly": OF_COLOURS} if colours_alone else {})
-    found = page.evaluate("wanted => axe.run(document, wanted)", wanted)
-    grave += [
-        f"{name}: {each['id']}: {each['nodes'][0]['html'][:120]}"
-        for each in found["violations"]
-        if each["impact"] in GRAVE
+    rules = {"runOnly": COLOUR_RULES} if colours_alone else {}
+    options = {"resultTypes": ["violations"], **rules}
+    result = page.evaluate("options => axe.run(document, options)", options)
+    violations += [
+        f"{name}: {item['id']}: {item['nodes'][0]['html'][:120]}"
+        for item in result["violations"]
+        if item["impact"] in GRAVE
     ]
 
 
 def assert_on_one_screen(page) -> None:
-    """All that matters is seen without scrolling."""
+    """The page fits the window without scrolling."""
     size = "[document.documentElement.scrollWidth, document.documentElement.scrollHeight]"
     width, height = page.evaluate(size)
     assert width <= page.viewport_size["width"]
@@ -40,57 +41,57 @@ def assert_on_one_screen(page) -> None:
 
 @pytest.mark.thorough
 @pytest.mark.parametrize("theme", ["light", "dark"])
-def test_every_page_can_be_used_by_everybody(  # noqa: PLR0915  (a walk through all pages)
+def test_every_page_is_accessible(  # noqa: PLR0915  (a walk through all pages)
     new_screen, panel, pictures, theme
 ):
     screen = new_screen(color_scheme=theme)
-    page, grave = screen.page, []
+    page, violations, is_dark = screen.page, [], theme == "dark"
     page.add_init_script(path=axe_script())
 
-    def seen(name: str, *, on_tablet: bool = False) -> None:
-        look(page, pictures, f"{name}-{theme}", grave, colours_alone=theme == "dark")
+    def check(name: str, *, on_tablet: bool = False) -> None:
+        look(page, pictures, f"{name}-{theme}", violations, colours_alone=is_dark)
         if on_tablet:
             page.set_viewport_size(TABLET)
-            look(page, pictures, f"{name}-{theme}-tablet", grave, colours_alone=theme == "dark")
+            look(page, pictures, f"{name}-{theme}-tablet", violations, colours_alone=is_dark)
             assert_on_one_screen(page)
             page.set_viewport_size(DESK)
             assert_on_one_screen(page)
 
     screen.open()
     page.wait_for_selector(".item")
-    seen("choose")
+    check("choose")
     screen.choose(LOADED)
     page.get_by_label("Bearing serial number").fill("DEMO-0001")
     page.locator(".field.warn").wait_for()
-    seen("tested", on_tablet=True)
+    check("tested", on_tablet=True)
     page.get_by_role("link", name="Choose another").click()
     screen.choose(ENDLESS)
     page.locator(".preflight > .button").click()
     page.wait_for_selector("#dialog-text")
-    seen("name")
+    check("name")
     screen.say_name()
     screen.fill_in()
     page.get_by_text("Ready to start.").wait_for()
-    seen("setup", on_tablet=True)
+    check("setup", on_tablet=True)
     page.get_by_role("button", name="Start", exact=True).click()
     page.wait_for_selector(".prompt")
-    seen("prompt")
+    check("prompt")
     page.locator(".prompt").get_by_role("button", name="Yes").click()
     screen.wait_for_compensation()
-    seen("run", on_tablet=True)
+    check("run", on_tablet=True)
     page.keyboard.press("F8")
     page.locator(".banner", has_text="Paused").wait_for()
-    seen("paused")
+    check("paused")
     page.get_by_role("button", name="STOP").click()
     screen.wait_for_result()
-    seen("stopped")
+    check("stopped")
     page.get_by_role("link", name="History").click()
     page.wait_for_selector(".runs tbody tr")
-    seen("history")
+    check("history")
     page.locator(".runs tbody tr", has_text="DEMO-0001").get_by_role("link").click()
     page.wait_for_selector(".result-head .verdict.pass")
     page.get_by_text("Issue a certificate").click()
-    seen("result")
+    check("result")
     page.go_back()
     page.wait_for_selector(".runs tbody tr")
     boxes = page.locator(".runs tbody input")
@@ -98,7 +99,7 @@ def test_every_page_can_be_used_by_everybody(  # noqa: PLR0915  (a walk through 
     boxes.nth(1).check()
     page.get_by_role("button", name="Compare (2 of 2)").click()
     page.locator(".compare .card").first.wait_for()
-    seen("compare")
+    check("compare")
     page.get_by_role("link", name="Manual mode").click()
     page.locator(".preflight > .button").click()
     page.get_by_role("button", name="Connect").click()
@@ -107,14 +108,14 @@ def test_every_page_can_be_used_by_everybody(  # noqa: PLR0915  (a walk through 
     frequency.fill("10")
     frequency.press("Enter")
     screen.wait_for_compensation()
-    seen("manual", on_tablet=True)
+    check("manual", on_tablet=True)
     page.get_by_role("button", name="STOP").click()
     panel.wait_for("finished")
-    assert grave == []
+    assert violations == []
 
 
 @pytest.mark.thorough
-def test_on_an_upright_tablet_state_and_stop_are_seen_whole(new_screen):
+def test_state_and_stop_are_visible_on_an_upright_tablet(new_screen):
     screen = new_screen(viewport={"width": 820, "height": 1180}, locale="de-DE")
     screen.open()
     page = screen.page
@@ -122,45 +123,45 @@ def test_on_an_upright_tablet_state_and_stop_are_seen_whole(new_screen):
     assert_on_one_screen(page)
     covered = page.evaluate(
         """() => [...document.querySelectorAll('.chip, .bar .button:not([hidden]), .stop')]
-            .filter((each) => {
-                const box = each.getBoundingClientRect();
+            .filter((element) => {
+                const box = element.getBoundingClientRect();
                 const middle = (box.top + box.bottom) / 2;
                 return ![box.left + 8, box.right - 8].every(
-                    (x) => each.contains(document.elementFromPoint(x, middle)));
+                    (x) => element.contains(document.elementFromPoint(x, middle)));
             })
-            .map((each) => each.textContent)"""
+            .map((element) => element.textContent)"""
     )
     assert covered == []
 
 
 @pytest.mark.thorough
-def test_the_theme_is_the_machine_s_or_the_one_that_was_chosen(new_screen):
+def test_theme_follows_the_system_or_the_choice(new_screen):
     screen = new_screen(color_scheme="dark")
     screen.open()
     page, choice = screen.page, screen.page.get_by_label("Colours")
 
-    def paper(theme):
+    def background(theme):
         expect(page.locator("html")).to_have_attribute("data-theme", theme)
         return page.evaluate("getComputedStyle(document.body).backgroundColor")
 
-    dark = paper("dark")
+    dark = background("dark")
     page.emulate_media(color_scheme="light")
-    light = paper("light")
+    light = background("light")
     assert light != dark
     choice.select_option("dark")
-    assert paper("dark") == dark
+    assert background("dark") == dark
     choice.select_option("auto")
-    assert paper("light") == light
+    assert background("light") == light
 
 
 CUT_OFF = """(selector) => [...document.querySelectorAll(selector)]
-    .filter((each) => each.getClientRects().length && each.scrollWidth > each.clientWidth + 1)
-    .map((each) => each.textContent.slice(0, 80))"""
-"""What of these is wider than its frame."""
+    .filter((e) => e.getClientRects().length && e.scrollWidth > e.clientWidth + 1)
+    .map((e) => e.textContent.slice(0, 80))"""
+"""The texts of selected elements that are wider than their frames."""
 
 
 @pytest.mark.thorough
-def test_plan_and_channels_are_as_wide_as_their_frames(new_screen, lab):
+def test_plan_and_channels_fit_their_frames(new_screen, lab):
     station = lab / "station.yaml"
     text = station.read_text(encoding="utf-8")
     name = "Temperature chamber and ohmmeter on loopback"
@@ -189,7 +190,7 @@ def test_plan_and_channels_are_as_wide_as_their_frames(new_screen, lab):
 
 
 @pytest.mark.thorough
-def test_figures_beside_a_plot_of_one_s_own_have_room_for_their_axes(new_screen, lab):
+def test_figures_beside_an_added_plot_have_room_for_their_axes(new_screen, lab):
     with running_chamber() as bench:
         (lab / "chamber.yaml").write_text(bench.station(), encoding="utf-8")
         with running_panel(lab) as panel:
@@ -208,7 +209,7 @@ def test_figures_beside_a_plot_of_one_s_own_have_room_for_their_axes(new_screen,
             page.get_by_role("button", name="Add plot").click()
             hosts = page.locator(".result-plots .plot-host")
             expect(hosts).to_have_count(2)
-            heights = hosts.evaluate_all("hosts => hosts.map((each) => each.clientHeight)")
+            heights = hosts.evaluate_all("hosts => hosts.map((host) => host.clientHeight)")
             assert min(heights) > 60
             expect(page.locator(".run-foot")).to_contain_text("This run has ended.")
             expect(page.locator(".now")).to_have_text("Finished")

@@ -1,4 +1,4 @@
-"""What a technician does at the panel, with the mouse and with the keyboard alone."""
+"""What a technician does at the panel, with the mouse and with only the keyboard."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from playwright.sync_api import expect
 
 from e2e.panel.helpers_screen import ENDLESS, LOADED, NAME, STATION, press_keys
 
-CERTIFICATE = {  # in the order in which Tab comes to them
+CERTIFICATE = {  # in the order of Tab
     "Customer": "A customer",
     "Customer's address": "1 Street, Town",
     "Item tested": "Spherical plain bearing",
@@ -21,7 +21,7 @@ TRUTH_NM = 0.7262  # Ts of the simulated rig: the default of its settings, from 
 
 
 @pytest.mark.thorough
-def test_from_choosing_to_the_certificate_by_mouse(screen, panel):
+def test_run_and_certificate_by_mouse(screen, panel):
     page = screen.page
     screen.begin(specimen="B-17")
     screen.wait_for_compensation()
@@ -37,8 +37,8 @@ def test_from_choosing_to_the_certificate_by_mouse(screen, panel):
         page.get_by_label(label, exact=True).fill(answer)
     page.get_by_role("button", name="Issue", exact=True).click()
     page.locator(".told .good-text").wait_for()
-    made = page.locator(".told a").first
-    assert made.get_attribute("href").startswith("/api/v1/runs/")
+    link = page.locator(".told a").first
+    assert link.get_attribute("href").startswith("/api/v1/runs/")
     assert any(
         path.suffix == ".html"
         for path in (panel.runs).glob("*B-17*/*")
@@ -47,30 +47,31 @@ def test_from_choosing_to_the_certificate_by_mouse(screen, panel):
 
 
 @pytest.mark.thorough
-def test_the_result_has_its_points_and_the_checks_of_every_method(screen, panel):
+def test_result_shows_its_points_and_checks_of_every_method(screen, panel):
     page = screen.page
-    run = next(each for each in panel.get("runs")["items"] if each["verdict"] == "pass")
+    run = next(item for item in panel.get("runs")["items"] if item["verdict"] == "pass")
     result = panel.get(f"runs/{run['run']}")["result"]
     methods = result["compensations"].items()
-    own = [(f"{each['name']} ({name})", each) for name, one in methods for each in one["checks"]]
-    every = [*((each["name"], each) for each in result["checks"]), *own]
-    skipped = [name for name, each in every if each["text"].startswith("not checked")]
-    failed = [name for name, each in every if not each["ok"]]
-    assert "coupling (template_inverse)" in skipped, "the lab's station says nothing of it"
+    checks = [(check["name"], check) for check in result["checks"]]
+    for method, content in methods:
+        checks += [(f"{check['name']} ({method})", check) for check in content["checks"]]
+    skipped = [name for name, check in checks if check["text"].startswith("not checked")]
+    failed = [name for name, check in checks if not check["ok"]]
+    assert "coupling (template_inverse)" in skipped, "the lab's station does not state it"
     screen.open(f"#/runs/{run['run']}")
     page.get_by_text(f"Not evaluated: {', '.join(skipped)}.").wait_for()
     assert page.locator("ul.lights .light.warn:visible strong").all_inner_texts() == failed
-    made = page.get_by_text(f"All {len(every) - len(skipped)} checks are OK.")
-    assert made.is_visible() == (not failed)
+    all_ok = page.get_by_text(f"All {len(checks) - len(skipped)} checks are OK.")
+    assert all_ok.is_visible() == (not failed)
     rows = page.locator("table.results", has_text="torque").locator("tbody tr").all_inner_texts()
     assert [row.split("\t")[0] for row in rows] == ["10 Hz", "20 Hz", "30 Hz", "35 Hz"]
     assert all("±" in row for row in rows)
 
 
 @pytest.mark.thorough
-def test_the_next_specimen_is_two_clicks_away(screen, panel):
+def test_next_specimen_is_two_clicks_away(screen, panel):
     page = screen.page
-    run = next(each for each in panel.get("runs")["items"] if each["verdict"] == "pass")
+    run = next(item for item in panel.get("runs")["items"] if item["verdict"] == "pass")
     screen.open(f"#/runs/{run['run']}")
     page.get_by_role("button", name="Next specimen").click()
     screen.hurry()
@@ -89,11 +90,11 @@ def test_the_next_specimen_is_two_clicks_away(screen, panel):
     panel.wait_for("asking")
     assert panel.get("state")["job"]["inputs"]["specimen"] == "SECOND-2"
     for place in ("h1", ".prompt"):
-        expect(page.locator(place)).to_contain_text("SECOND-2")  # which one is to be clamped
+        expect(page.locator(place)).to_contain_text("SECOND-2")  # the one to be clamped
 
 
 @pytest.mark.thorough
-def test_from_choosing_to_the_certificate_by_keyboard_alone(screen):
+def test_run_and_certificate_by_keyboard(screen):
     page = screen.page
     press, write, focus_on = page.keyboard.press, page.keyboard.type, screen.focus_on
     screen.open()
@@ -146,11 +147,11 @@ def test_pause_repeat_skip_and_abort(screen, panel):
     panel.wait_for("paused")
     page.locator(".banner", has_text="the rig is at a standstill").wait_for()
     frequency = page.locator(".readout.old", has_text="Swing frequency")
-    expect(frequency).to_contain_text("read ")  # since when it is so: nobody reads it now
+    expect(frequency).to_contain_text("read ")  # the time of its last reading
     expect(page.locator(".step.failed")).to_have_count(0)  # it was interrupted, and comes again
     page.get_by_role("button", name="Repeat point").click()
     page.locator("#dialog-text").focus()
-    press_keys(page, "SN-42", 0.01)  # a scanner's: it is no reason, and here is no queue
+    press_keys(page, "SN-42", 0.01)  # a scan is no reason, and there is no queue here
     expect(page.locator(".notice")).to_contain_text("Scanned, but not taken: SN-42")
     expect(page.locator("#dialog-text")).to_have_value("")
     page.locator("#dialog-text").fill("a bump")
@@ -166,14 +167,14 @@ def test_pause_repeat_skip_and_abort(screen, panel):
     screen.wait_for_result()
     assert "Aborted" in page.locator(".result-head .verdict-word").inner_text()
     run = panel.get("runs")["items"][0]["run"]
-    told = json.dumps(panel.get(f"runs/{run}")["events"])
-    assert "a bump" in told
-    assert "worn out" in told
-    assert "wrong bearing" in told
+    events = json.dumps(panel.get(f"runs/{run}")["events"])
+    assert "a bump" in events
+    assert "worn out" in events
+    assert "wrong bearing" in events
 
 
 @pytest.mark.thorough
-def test_stop_is_in_reach_while_a_question_is_up(screen, panel):
+def test_stop_works_while_a_question_is_open(screen, panel):
     page = screen.page
     screen.open()
     screen.choose()
@@ -190,7 +191,7 @@ def test_stop_is_in_reach_while_a_question_is_up(screen, panel):
 
 
 @pytest.mark.thorough
-def test_by_hand(screen, panel):
+def test_manual_mode(screen, panel):
     page = screen.page
     screen.open()
     screen.choose()
@@ -216,9 +217,9 @@ def test_by_hand(screen, panel):
     expect(rows).to_have_count(len(panel.get("state")["channels"]))
     fresh = page.locator(".channels tbody tr:not(.old)")
     expect(fresh).to_have_count(rows.count())  # between the readings of the recorded ones too
-    boxes = [each.bounding_box() for each in page.locator(".channels canvas").all()]
+    boxes = [canvas.bounding_box() for canvas in page.locator(".channels canvas").all()]
     edge = page.locator(".channels").bounding_box()
-    assert all(each["x"] + each["width"] <= edge["x"] + edge["width"] for each in boxes)
+    assert all(box["x"] + box["width"] <= edge["x"] + edge["width"] for box in boxes)
     page.get_by_role("button", name="Channels").click()
     cycles = page.get_by_label("Cycles")
     cycles.fill("2")
@@ -230,21 +231,21 @@ def test_by_hand(screen, panel):
     page.locator(".manual-record .results", has_text="10 Hz").wait_for()
     frequency.fill("12.5")
     frequency.press("Enter")
-    why = page.locator(".readout.compensated .readout-small")
-    expect(why).to_contain_text("no no-load recording within")  # and all there are
-    boxes = [each.bounding_box() for each in page.locator(".readout").all()]
+    reason = page.locator(".readout.compensated .readout-small")
+    expect(reason).to_contain_text("no no-load recording within")  # and lists those there are
+    boxes = [readout.bounding_box() for readout in page.locator(".readout").all()]
     assert all(box["width"] > 150 and box["x"] + box["width"] <= 1280 for box in boxes)
     page.get_by_role("button", name="Make safe and end").click()
     expect(page.locator(".drives button:enabled")).to_have_count(0)
     panel.wait_for("finished")
     page.get_by_role("link", name="See its points").click()
     page.wait_for_selector(".result-head")
-    told = json.dumps(panel.get(f"runs/{panel.get('runs')['items'][0]['run']}")["events"])
-    assert "tester is safe: read back tester.frequency 0 Hz, tester.load 0 N" in told
+    events = json.dumps(panel.get(f"runs/{panel.get('runs')['items'][0]['run']}")["events"])
+    assert "tester is safe: read back tester.frequency 0 Hz, tester.load 0 N" in events
 
 
 @pytest.mark.thorough
-def test_runs_are_found_and_compared(screen):
+def test_runs_are_searched_and_compared(screen):
     page = screen.page
     screen.open("#/history")
     expect(page.locator(".runs tbody tr").nth(1)).to_be_visible()
@@ -258,15 +259,15 @@ def test_runs_are_found_and_compared(screen):
     page.get_by_role("button", name="Compare (2 of 2)").click()
     cards = page.locator(".compare .card")
     cards.first.wait_for()
-    expect(cards.first.locator("h2")).to_have_text("results")  # what differs in the result first
+    expect(cards.first.locator("h2")).to_have_text("results")  # differences of results come first
     expect(cards.first.locator("li").first).to_contain_text("verdict was changed from")
-    heavy = [each.locator("li.matters").count() > 0 for each in cards.all()[1:]]
-    assert heavy == sorted(heavy, reverse=True), "then what matters before what does not"
-    assert any(heavy)
+    relevant = [card.locator("li.matters").count() > 0 for card in cards.all()[1:]]
+    assert relevant == sorted(relevant, reverse=True), "then relevant changes before others"
+    assert any(relevant)
 
 
 @pytest.mark.thorough
-def test_a_history_row_opens_by_a_click_anywhere(screen, panel):
+def test_history_row_opens_by_a_click_anywhere(screen, panel):
     page = screen.page
     run = panel.get("runs")["items"][0]["run"]
     for number in range(7):

@@ -24,7 +24,7 @@ def open_text(screen):
 
 
 def go_to_the_end(page):
-    """What is not seen of a long text is not on the page."""
+    """Scroll to the end: of a long text, only the visible part is on the page."""
     page.locator(".cm-content").click()
     page.keyboard.press("Control+End")
 
@@ -35,7 +35,7 @@ def type_at_the_end(page, text):
 
 
 @pytest.mark.thorough
-def test_a_mistake_is_shown_at_its_line_and_what_may_stand_there_is_offered(new_screen, panel):
+def test_mistake_is_shown_at_its_line_and_keys_are_completed(new_screen, panel):
     page = open_text(new_screen(panel))
     type_at_the_end(page, "# a remark\nint")
     options = page.locator(".cm-tooltip-autocomplete li")
@@ -62,7 +62,7 @@ def test_a_mistake_is_shown_at_its_line_and_what_may_stand_there_is_offered(new_
 
 
 @pytest.mark.thorough
-def test_it_is_saved_and_approved_by_name_and_the_changes_are_told(new_screen, panel):
+def test_procedure_is_saved_and_approved_and_shows_its_changes(new_screen, panel):
     screen = new_screen(panel)
     page = open_text(screen)
     file = panel.folder / QUICK
@@ -79,20 +79,20 @@ def test_it_is_saved_and_approved_by_name_and_the_changes_are_told(new_screen, p
     screen.say_name("Ann")
     expect(page.get_by_role("button", name="Save", exact=True)).to_be_disabled()
     assert file.read_text(encoding="utf-8") == f"{before}description: Slower\n"
-    other = open_text(new_screen(panel))  # of somebody who sees that it is approved meanwhile
+    other_page = open_text(new_screen(panel))  # another person sees the approval
     page.get_by_role("button", name="Approve").click()
     name = page.locator("#dialog-text")
-    expect(name).to_have_value("Ann")  # who edits is not always who approves
+    expect(name).to_have_value("Ann")  # the editor is not always the approver
     page.keyboard.type("Bob")
     page.keyboard.press("Enter")
-    for each in (page, other):
-        expect(each.locator(".procedure .head")).to_contain_text("approved by Bob")
-        expect(each.get_by_role("button", name="Approve")).to_be_disabled()
+    for view in (page, other_page):
+        expect(view.locator(".procedure .head")).to_contain_text("approved by Bob")
+        expect(view.get_by_role("button", name="Approve")).to_be_disabled()
     assert file.with_suffix(".approval.json").is_file()
 
 
 @pytest.mark.thorough
-def test_two_who_edit_one_procedure_are_told_and_nothing_is_lost(new_screen, panel):
+def test_concurrent_editors_are_warned_and_lose_nothing(new_screen, panel):
     ann, bob = new_screen(panel), new_screen(panel)
     first, second = open_text(ann), open_text(bob)
     expect(first.locator(".editor-notes")).to_contain_text("Somebody at another screen has this")
@@ -117,7 +117,7 @@ def test_two_who_edit_one_procedure_are_told_and_nothing_is_lost(new_screen, pan
     expect(second.get_by_role("button", name="Save", exact=True)).to_be_disabled()
     assert file.read_text(encoding="utf-8").endswith("# Bob\n")
     expect(first.locator(".editor-notes")).to_contain_text("Bob has this procedure open")
-    expect(first.locator(".notice")).to_contain_text("changed by Bob")  # and nothing typed here
+    expect(first.locator(".notice")).to_contain_text("changed by Bob")  # nothing was typed here
     go_to_the_end(first)
     expect(first.locator(".cm-content")).to_contain_text("# Bob")
     expect(first.locator(".editor-notes .warn")).to_have_count(0)
@@ -138,13 +138,13 @@ def test_problems_are_listed_in_the_order_of_their_lines(new_screen, panel):
     page.keyboard.insert_text("rigrunner: procedure/2\nid: 'A B'\nmain:\n  - setle: {}\nuse: {}\n")
     lines = page.locator(".problems .link")
     expect(lines.last).to_have_text("Line 5")
-    shown = [int(each.removeprefix("Line ")) for each in lines.all_inner_texts()]
-    assert shown == sorted(shown)
-    assert len(shown) > 3
+    numbers = [int(text.removeprefix("Line ")) for text in lines.all_inner_texts()]
+    assert numbers == sorted(numbers)
+    assert len(numbers) > 3
 
 
 @pytest.mark.thorough
-def test_a_shipped_procedure_is_changed_in_a_copy(new_screen, panel):
+def test_shipped_procedure_is_changed_in_a_copy(new_screen, panel):
     screen = new_screen(panel)
     screen.open("#/procedures/gauge_rr")
     page = screen.page
@@ -162,23 +162,23 @@ def test_a_shipped_procedure_is_changed_in_a_copy(new_screen, panel):
 @pytest.mark.thorough
 @pytest.mark.parametrize("locale", ["en-GB", "de-DE"])
 @pytest.mark.parametrize("theme", ["light", "dark"])
-def test_the_pages_can_be_used_by_everybody(new_screen, panel, pictures, theme, locale):
+def test_procedure_pages_are_accessible(new_screen, panel, pictures, theme, locale):
     screen = new_screen(panel, locale=locale, color_scheme=theme)
-    page, grave = screen.page, []
+    page, violations = screen.page, []
     page.add_init_script(path=axe_script())
 
-    def seen(name):
+    def check(name):
         for size, label in ((DESK, "desk"), (UPRIGHT, "upright")):
             page.set_viewport_size(size)
-            shown = f"{name}-{theme}-{locale}-{label}"
-            look(page, pictures, shown, grave, colours_alone=theme == "dark")
+            picture = f"{name}-{theme}-{locale}-{label}"
+            look(page, pictures, picture, violations, colours_alone=theme == "dark")
             assert_on_one_screen(page)
 
     screen.open("#/procedures")
     page.wait_for_selector(".runs tbody tr")
-    seen("procedures")
+    check("procedures")
     open_text(screen)
     type_at_the_end(page, "xx: 1")
     page.locator(".problems").wait_for()
-    seen("procedure")
-    assert grave == []
+    check("procedure")
+    assert violations == []

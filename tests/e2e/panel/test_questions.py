@@ -1,4 +1,4 @@
-"""What the procedure asks and an interlock stops in the middle of a run: by mouse, by keyboard."""
+"""A question and an interlock in the middle of a run, answered by mouse and by keyboard."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ RANGE = "is out of range (15 °C to 30 °C)"
 
 @pytest.fixture
 def asking(screen):
-    """A run that waits for the temperature of the room; its load then trips an interlock."""
+    """A run that asks for the temperature of the room; its load then trips an interlock."""
     screen.open()
     screen.choose(ASKS)
     screen.fill_in()
@@ -23,15 +23,15 @@ def asking(screen):
     return screen
 
 
-def on_record(panel, word: str) -> list[str]:
-    """Return what stands on record of the newest run with that word in it."""
+def events_with(panel, word: str) -> list[str]:
+    """Return the events of the newest run with that word in them."""
     run = panel.get("runs")["items"][0]["run"]
-    told = [each["text"] for each in panel.get(f"runs/{run}")["events"]]
-    return [text for text in told if word in text]
+    texts = [event["text"] for event in panel.get(f"runs/{run}")["events"]]
+    return [text for text in texts if word in text]
 
 
-def refused(screen, *words: str) -> None:
-    """The answer is refused in these words at its field, and the question stays."""
+def expect_refusal(screen, *words: str) -> None:
+    """Expect these words of refusal at the field, and the question still open."""
     note = screen.page.locator("#prompt-input-note")
     for word in words:
         expect(note).to_contain_text(word)
@@ -40,7 +40,7 @@ def refused(screen, *words: str) -> None:
 
 
 @pytest.mark.thorough
-def test_a_number_and_an_interlock_by_mouse(asking, panel):
+def test_question_and_interlock_by_mouse(asking, panel):
     page = asking.page
     expect(page.locator("#prompt-input-note")).to_have_text("in °C, 15 °C or more, 30 °C or less")
     for wrong, words in (
@@ -52,14 +52,14 @@ def test_a_number_and_an_interlock_by_mouse(asking, panel):
     ):
         page.locator("#prompt-input").fill(wrong)
         page.get_by_role("button", name="Enter", exact=True).click()
-        refused(asking, *words)
+        expect_refusal(asking, *words)
     page.locator("#prompt-input").fill("296.15 K")
     page.get_by_role("button", name="Enter", exact=True).click()
 
     banner = page.locator(".banner", has_text="Paused")
     expect(banner).to_contain_text("tester.load is")
     expect(page.locator(".alarms.active")).to_contain_text("above 500 N")
-    page.get_by_role("button", name="Resume").click()  # it is tripped still
+    page.get_by_role("button", name="Resume").click()  # it is still tripped
     expect(banner).to_contain_text("not cleared yet")
     page.get_by_role("button", name="Continue anyway").click()
     page.get_by_role("button", name="Continue anyway").last.click()  # without a reason
@@ -69,17 +69,17 @@ def test_a_number_and_an_interlock_by_mouse(asking, panel):
     asking.wait_for_result()
 
     expect(page.locator(".result-head .verdict-word")).to_contain_text("Pass")
-    (answer,) = on_record(panel, "answered '296.15 K'")
+    (answer,) = events_with(panel, "answered '296.15 K'")
     assert f"({NAME}" in answer
-    (tripped,) = on_record(panel, "ALARM interlock heavy")
+    (tripped,) = events_with(panel, "ALARM interlock heavy")
     assert "above 500 N" in tripped
-    (override,) = on_record(panel, "override by")
+    (override,) = events_with(panel, "override by")
     assert override.startswith(f"override by {NAME}")
     assert override.endswith("the load is meant")
 
 
 @pytest.mark.thorough
-def test_a_number_and_an_interlock_by_keyboard_alone(asking, panel):
+def test_question_and_interlock_by_keyboard(asking, panel):
     page = asking.page
     press, write = page.keyboard.press, page.keyboard.type
     field = page.locator("#prompt-input")
@@ -87,7 +87,7 @@ def test_a_number_and_an_interlock_by_keyboard_alone(asking, panel):
     write("41")
     press("Enter")
     expect(page.locator("#prompt-input-note")).to_contain_text(RANGE)
-    expect(field).to_be_focused()  # to be fixed where it stands
+    expect(field).to_be_focused()  # to be corrected in place
     press("Control+A")
     write("22.5")
     press("Enter")
@@ -97,7 +97,7 @@ def test_a_number_and_an_interlock_by_keyboard_alone(asking, panel):
     press("Enter")
     press_keys(page, "the load is meant", 0.2)
     asking.wait_for_result()
-    (override,) = on_record(panel, "override by")
+    (override,) = events_with(panel, "override by")
     assert override.startswith(f"override by {NAME}")
     assert override.endswith("the load is meant")
-    assert on_record(panel, "answered '22.5 °C'")
+    assert events_with(panel, "answered '22.5 °C'")

@@ -1,4 +1,4 @@
-"""The page of the queue: scanned, pasted, refused, started, repeated, and there after a kill."""
+"""The page of the queue: scanned, pasted, refused, started, repeated, and kept after a kill."""
 
 from __future__ import annotations
 
@@ -17,9 +17,9 @@ SLOW = {"offline": False, "latency": 300, "downloadThroughput": -1, "uploadThrou
 
 @pytest.fixture
 def open_queue(new_screen):
-    """Open the page of the queue with a procedure and a station chosen."""
+    """Opens the page of the queue with a procedure and a station chosen."""
 
-    def opened(panel, **options):
+    def open_page(panel, **options):
         screen = new_screen(panel, **options)
         screen.open("#/queue")
         page = screen.page
@@ -31,7 +31,7 @@ def open_queue(new_screen):
         page.get_by_label("Your name").fill(NAME)
         return screen
 
-    return opened
+    return open_page
 
 
 LATE_ANSWERS = """
@@ -42,17 +42,17 @@ window.fetch = async (...request) => {
   return answer;
 };
 """
-"""What was asked for is done, and is on the screen, before its answer comes: a busy machine."""
+"""As on a busy machine: a request has its effect on the screen before its answer arrives."""
 
 
 def scan(page, *specimens):
-    """As a scanner does: a word and Enter, and the next one without waiting."""
+    """Scan as a scanner does: a word and Enter, and the next one without waiting."""
     page.locator("#queue-scan").focus()
-    for each in specimens:
-        page.keyboard.type(each)
+    for specimen in specimens:
+        page.keyboard.type(specimen)
         page.keyboard.press("Enter")
-    for each in specimens:
-        row(page, each).wait_for()
+    for specimen in specimens:
+        row(page, specimen).wait_for()
 
 
 def row(page, text):
@@ -60,7 +60,7 @@ def row(page, text):
 
 
 @pytest.mark.thorough
-def test_scans_that_do_not_wait_for_each_other_are_all_added_in_order(open_queue, lab):
+def test_rapid_scans_are_all_added_in_order(open_queue, lab):
     """A scanner sends the next specimen while the panel still adds the last one."""
     with running_panel(lab) as panel:
         page = open_queue(panel).page
@@ -78,13 +78,13 @@ def test_scans_that_do_not_wait_for_each_other_are_all_added_in_order(open_queue
 
 
 @pytest.mark.thorough
-def test_a_specimen_that_a_run_has_tested_is_added_with_a_reason_alone(open_queue, lab):
-    """Its entry may be cleared: the runs know it, and those of the lab are of DEMO-0001."""
+def test_tested_specimen_is_added_only_with_a_reason(open_queue, lab):
+    """It need not be in the queue: the runs of the lab have tested DEMO-0001."""
     with running_panel(lab) as panel:
         page = open_queue(panel).page
-        of_the_lab = "Starting torque under 1000 N"
-        named = page.locator("#queue-procedure option", has_text=re.compile(f"^{of_the_lab}"))
-        expect(named).to_have_text([of_the_lab, f"{of_the_lab} · shipped with Rigrunner"])
+        title = "Starting torque under 1000 N"
+        options = page.locator("#queue-procedure option", has_text=re.compile(f"^{title}"))
+        expect(options).to_have_text([title, f"{title} · shipped with Rigrunner"])
         scan_note = page.locator("#queue-scan-note")
         page.locator("#queue-scan").fill("DEMO-0001")
         page.keyboard.press("Enter")
@@ -98,19 +98,19 @@ def test_a_specimen_that_a_run_has_tested_is_added_with_a_reason_alone(open_queu
 
 
 @pytest.mark.thorough
-def test_a_list_with_a_tested_specimen_is_refused_once_and_added_with_one_reason(open_queue, lab):
+def test_list_with_tested_specimen_is_added_only_with_a_reason(open_queue, lab):
     with running_panel(lab) as panel:
         screen = open_queue(panel)
         page, note = screen.page, screen.page.locator("#queue-list-note")
         scan(page, "SN-1")
         page.locator(".queue-add details > summary").click()
-        for several in ("DEMO-0001\nSN-1\nSN-2\u202e\nSN-3", "DEMO-0001\nSN-3"):
-            page.locator("#queue-list").fill(several)
+        for specimens in ("DEMO-0001\nSN-1\nSN-2\u202e\nSN-3", "DEMO-0001\nSN-3"):
+            page.locator("#queue-list").fill(specimens)
             page.get_by_role("button", name="Add the list").click()
-            expect(note.locator("li")).to_have_count(3 if "SN-1" in several else 1)
-            again = note.get_by_role("button", name="Test again")
-            expect(again).to_have_count(0 if "SN-1" in several else 1)
-        again.click()
+            expect(note.locator("li")).to_have_count(3 if "SN-1" in specimens else 1)
+            test_again = note.get_by_role("button", name="Test again")
+            expect(test_again).to_have_count(0 if "SN-1" in specimens else 1)
+        test_again.click()
         page.locator("#dialog-text").fill("customer asks")
         page.keyboard.press("Enter")
         expect(row(page, "DEMO-0001")).to_contain_text("customer asks")
@@ -122,8 +122,8 @@ def test_a_list_with_a_tested_specimen_is_refused_once_and_added_with_one_reason
         page.get_by_role("link", name="Test", exact=True).click()
         screen.choose()
         screen.fill_in(specimen="demo-0001")
-        warned = page.locator(".field.warn .field-note")
-        expect(warned).to_contain_text("demo-0001 has already been tested: run ")
+        warning = page.locator(".field.warn .field-note")
+        expect(warning).to_contain_text("demo-0001 has already been tested: run ")
         page.get_by_role("button", name="Add to the queue").click()
         page.locator("#dialog-text").fill("second opinion")
         page.keyboard.press("Enter")
@@ -131,7 +131,7 @@ def test_a_list_with_a_tested_specimen_is_refused_once_and_added_with_one_reason
 
 
 @pytest.mark.thorough
-def test_the_keyboard_stays_at_the_row_that_it_moves(open_queue, lab):
+def test_focus_follows_the_moved_row(open_queue, lab):
     with running_panel(lab) as panel:
         page = open_queue(panel).page
         page.evaluate(LATE_ANSWERS)
@@ -150,7 +150,7 @@ def test_the_keyboard_stays_at_the_row_that_it_moves(open_queue, lab):
 
 
 @pytest.mark.thorough
-def test_a_scan_while_a_reason_is_asked_for_goes_to_the_queue(open_queue, lab):
+def test_scan_during_the_reason_dialog_goes_to_the_queue(open_queue, lab):
     with running_panel(lab) as panel:
         page = open_queue(panel).page
         scan(page, "SN-1")
@@ -165,11 +165,11 @@ def test_a_scan_while_a_reason_is_asked_for_goes_to_the_queue(open_queue, lab):
         press_keys(page, "grease", 0.2)
         expect(page.locator(".dialog")).to_have_count(0)
         expect(row(page, "SN-1")).to_contain_text("no grease")
-        assert [each["specimen"] for each in panel.get("queue")["entries"]] == ["SN-1", "SN-2"]
+        assert [entry["specimen"] for entry in panel.get("queue")["entries"]] == ["SN-1", "SN-2"]
 
 
 @pytest.mark.thorough
-def test_a_scan_where_no_field_has_the_focus_goes_to_the_queue_and_presses_nothing(open_queue, lab):
+def test_scan_without_focused_field_goes_to_the_queue(open_queue, lab):
     with running_panel(lab) as panel:
         page = open_queue(panel).page
         page.evaluate(LATE_ANSWERS)
@@ -195,39 +195,40 @@ def test_a_scan_where_no_field_has_the_focus_goes_to_the_queue_and_presses_nothi
         press_keys(page, "SN-5", 0.01)
         expect(page.locator(".notice")).to_contain_text("Scanned, but not taken: SN-5")
         entries = panel.get("queue")["entries"]
-        assert [each["specimen"] for each in entries] == ["SN-1", "SN 2", "temp-3", "7"]
-        assert [each["inputs"].get("lot") for each in entries] == ["L-7"] * 4
+        assert [entry["specimen"] for entry in entries] == ["SN-1", "SN 2", "temp-3", "7"]
+        assert [entry["inputs"].get("lot") for entry in entries] == ["L-7"] * 4
         assert panel.phase() == "idle"
 
 
 @pytest.mark.thorough
-def test_a_list_opens_in_the_coding_of_a_spreadsheet_and_a_workbook_is_refused(open_queue, lab):
+def test_list_opens_in_spreadsheet_encodings_and_workbook_is_refused(open_queue, lab):
     with running_panel(lab) as panel:
         page = open_queue(panel).page
         page.locator(".queue-add details > summary").click()
-        given, pasted = page.locator("#queue-file"), page.locator("#queue-list")
+        file_input, pasted = page.locator("#queue-file"), page.locator("#queue-list")
 
         def open_file(name, content):
-            given.set_input_files({"name": name, "mimeType": "text/csv", "buffer": content})
+            file_input.set_input_files({"name": name, "mimeType": "text/csv", "buffer": content})
 
         open_file("today.xlsx", b"PK\x03\x04\x00\x00\xff")
         expect(page.locator("#queue-list-note")).to_have_text(
             "today.xlsx is not a text file: save the table as CSV."
         )
-        for coding in ("cp1252", "utf-16", "utf-8-sig"):
-            open_file(f"{coding}.csv", f"specimen;lot\r\nÄ-1;{coding} µ\r\n".encode(coding))
-            expect(pasted).to_have_value(f"specimen;lot\nÄ-1;{coding} µ\n")
+        for encoding in ("cp1252", "utf-16", "utf-8-sig"):
+            content = f"specimen;lot\r\nÄ-1;{encoding} µ\r\n".encode(encoding)
+            open_file(f"{encoding}.csv", content)
+            expect(pasted).to_have_value(f"specimen;lot\nÄ-1;{encoding} µ\n")
             expect(page.locator("#queue-list-note")).to_contain_text("makes it a CSV")
 
 
 @pytest.mark.thorough
-def test_a_german_list_with_decimal_commas_is_added_as_it_is_pasted(new_screen, lab):
+def test_german_list_with_decimal_commas_is_added(new_screen, lab):
     text = (lab / "procedures/quick_torque.yaml").read_text(encoding="utf-8")
     title = "Quick torque at a room temperature"
     asks = "inputs:\n  room: {ask: Temperature of the room, unit: °C, min: 15 °C, max: 30 °C}\n"
     text = text.replace(LOADED, title).replace("id: QUICK-ST", "id: QUICK-ROOM")
-    own = lab / "procedures/quick_room.yaml"
-    own.write_text(text.replace("inputs:\n", asks, 1), encoding="utf-8")
+    procedure = lab / "procedures/quick_room.yaml"
+    procedure.write_text(text.replace("inputs:\n", asks, 1), encoding="utf-8")
     with running_panel(lab) as panel:
         screen = new_screen(panel, locale="de-DE")
         screen.open("#/queue")
@@ -238,26 +239,26 @@ def test_a_german_list_with_decimal_commas_is_added_as_it_is_pasted(new_screen, 
         page.locator(".queue-add details > summary").click()
         page.locator("#queue-list").fill("specimen;room;lot\nSN-1;22,5 °C;L 1,2\nSN-2;50,5 °C;L-2")
         page.locator(".queue-add details .primary").click()
-        expect(page.locator("#queue-list-note li")).to_have_count(1)  # what is too hot
+        expect(page.locator("#queue-list-note li")).to_have_count(1)  # the one that is too hot
         expect(page.locator("#queue-list-note li")).to_contain_text("50,5 °C")
         page.locator("#queue-list").fill("specimen;room;lot\nSN-1;22,5 °C;L 1,2\nSN-2;23 °C;L-2")
         page.locator(".queue-add details .primary").click()
         row(page, "SN-2").wait_for()
-        found = [each["inputs"] for each in panel.get("queue")["entries"]]
-        given = {"type": "GE20", "operator": NAME}
-        assert found == [
-            {**given, "specimen": "SN-1", "room": "22.5 °C", "lot": "L 1,2"},
-            {**given, "specimen": "SN-2", "room": "23 °C", "lot": "L-2"},
+        inputs = [entry["inputs"] for entry in panel.get("queue")["entries"]]
+        common = {"type": "GE20", "operator": NAME}
+        assert inputs == [
+            {**common, "specimen": "SN-1", "room": "22.5 °C", "lot": "L 1,2"},
+            {**common, "specimen": "SN-2", "room": "23 °C", "lot": "L-2"},
         ]
 
 
 @pytest.mark.thorough
-def test_a_queue_is_scanned_ordered_run_and_survives_a_kill(open_queue, lab):
+def test_queue_is_scanned_ordered_run_and_survives_a_kill(open_queue, lab):
     with running_panel(lab) as panel:
         page = open_queue(panel).page
         page.locator("#queue-scan").focus()
         page.keyboard.type("SN-1")
-        page.keyboard.press("Enter")  # the name stands in the form: it is not asked again
+        page.keyboard.press("Enter")  # the name is in the form: it is not asked again
         row(page, "SN-1").wait_for()
         scan(page, "SN-2", "SN-3")
         page.locator("#queue-scan").fill("SN-2")
@@ -288,23 +289,23 @@ def test_a_queue_is_scanned_ordered_run_and_survives_a_kill(open_queue, lab):
         panel.process.wait()
     with running_panel(lab) as panel:
         page = open_queue(panel).page
-        found = {each["specimen"]: each["status"] for each in panel.get("queue")["entries"]}
-        assert (found["SN-1"], found["SN-2"], found["SN-4"]) == ("done", "held", "waiting")
-        assert found["SN-3"] in ("interrupted", "done"), "aborted by the loss of the panel"
+        status = {entry["specimen"]: entry["status"] for entry in panel.get("queue")["entries"]}
+        assert (status["SN-1"], status["SN-2"], status["SN-4"]) == ("done", "held", "waiting")
+        assert status["SN-3"] in ("interrupted", "done"), "aborted by the loss of the panel"
         assert panel.phase() == "idle", "nothing starts by itself"
         row(page, "SN-3").get_by_role("button", name="Repeat").click()
         page.locator("#dialog-text").fill("the panel was killed")
         page.keyboard.press("Enter")
         expect(row(page, "SN-3")).to_have_count(2)
-        listed = json.loads(call("queue", "list", "--json", "--runs", lab / "runs").out)
-        again = next(each for each in listed if each["repeats"])
-        assert (again["inputs"]["specimen"], again["reason"]) == ("SN-3", "the panel was killed")
+        entries = json.loads(call("queue", "list", "--json", "--runs", lab / "runs").out)
+        repeat = next(entry for entry in entries if entry["repeats"])
+        assert (repeat["inputs"]["specimen"], repeat["reason"]) == ("SN-3", "the panel was killed")
 
 
 @pytest.mark.thorough
 @pytest.mark.parametrize("locale", ["en-GB", "de-DE"])
 @pytest.mark.parametrize("size", [*SIZES])
-def test_the_page_of_the_queue_is_looked_at(  # noqa: PLR0917  (fixtures)
+def test_queue_page_fits_the_screen(  # noqa: PLR0917  (fixtures)
     new_screen, lab, pictures, monkeypatch, size, locale
 ):
     monkeypatch.chdir(lab)
@@ -323,21 +324,20 @@ def test_the_page_of_the_queue_is_looked_at(  # noqa: PLR0917  (fixtures)
         expect(page.locator(".queue-table tbody tr")).to_have_count(5)
         page.wait_for_timeout(300)
         page.screenshot(path=pictures / f"queue-{size}-{locale}.png")
-        wide = page.evaluate("document.documentElement.scrollWidth")
-        assert wide <= width
+        assert page.evaluate("document.documentElement.scrollWidth") <= width
         first = page.locator(".queue-table tbody tr").first.bounding_box()
         assert first["y"] + first["height"] <= height, "the first entry is seen without scrolling"
 
 
 @pytest.mark.thorough
-def test_a_second_start_is_queued_and_hostile_specimens_are_text(open_queue, lab):
+def test_second_start_is_queued_and_hostile_specimens_are_text(open_queue, lab):
     hostile = "<img src=x onerror=window.hacked=1>"
     with running_panel(lab) as panel:
         screen = open_queue(panel)
         page = screen.page
         page.locator("#queue-scan").focus()
         page.keyboard.type(hostile)
-        page.keyboard.press("Enter")  # the name stands in the form: it is not asked again
+        page.keyboard.press("Enter")  # the name is in the form: it is not asked again
         row(page, "<img").wait_for()
         assert page.evaluate("window.hacked") is None
         page.get_by_role("button", name="Start <img").click()

@@ -11,24 +11,24 @@ from helpers_any_quantity import PROCEDURE, STATION
 
 @pytest.fixture
 def supply(tmp_path):
-    """A lab with a supply whose values are written down, and a question before it is measured."""
+    """A panel of a supply with manual readings, and a question before each measurement."""
     folder = tmp_path / "lab"
     folder.mkdir()
     station = STATION.replace("id: bench\n", "id: bench-1\n")
     (folder / "station.yaml").write_text(station, encoding="utf-8")
-    ask = "        - measure: {channels: [bench.voltage, bench.ripple]}\n"
-    assert ask in PROCEDURE
-    asked = PROCEDURE.replace(
-        ask, f"{ask}        - confirm: {{text: Is the load at its place?, unattended: yes}}\n"
+    step = "        - measure: {channels: [bench.voltage, bench.ripple]}\n"
+    assert step in PROCEDURE
+    procedure = PROCEDURE.replace(
+        step, f"{step}        - confirm: {{text: Is the load at its place?, unattended: yes}}\n"
     )
-    (folder / "supply.yaml").write_text(asked, encoding="utf-8")
+    (folder / "supply.yaml").write_text(procedure, encoding="utf-8")
     (folder / "runs").mkdir()
     with running_panel(folder) as running:
         yield running
 
 
 @pytest.mark.thorough
-def test_results_stand_in_a_table_with_limits_and_no_empty_swing(new_screen, supply):
+def test_results_are_listed_with_limits_and_no_empty_plot(new_screen, supply):
     screen = new_screen(supply)
     page = screen.page
     screen.open()
@@ -37,9 +37,9 @@ def test_results_stand_in_a_table_with_limits_and_no_empty_swing(new_screen, sup
     screen.check_rig()
     page.get_by_role("button", name="Start", exact=True).click()
     yes = page.locator(".prompt").get_by_role("button", name="Yes")
-    for measured in range(1, 4):
+    for count in range(1, 4):
         yes.wait_for()
-        expect(page.locator(".live-results tbody th")).to_have_count(measured)
+        expect(page.locator(".live-results tbody th")).to_have_count(count)
         prompt = page.locator(".prompt-text").text_content()
         assert prompt == "Is the load at its place?"
         expect(page.locator(".plot-curve")).to_be_hidden()

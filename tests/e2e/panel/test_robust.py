@@ -1,4 +1,4 @@
-"""The run goes on whatever becomes of the browser, and hostile text stays text."""
+"""The run continues without its browser, and hostile text stays text."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ HOSTILE = "<img src=x onerror=window.hacked=1>\u05d0 \U0001f525" + "x" * 60
 
 
 @pytest.mark.thorough
-def test_a_reload_shows_the_true_state_at_once(screen):
+def test_reload_shows_the_true_state_at_once(screen):
     page = screen.page
     screen.begin(ENDLESS)
     page.locator(".step.running", has_text="at 20 Hz").wait_for()
@@ -40,7 +40,7 @@ def test_a_reload_shows_the_true_state_at_once(screen):
 
 
 @pytest.mark.thorough
-def test_a_second_browser_watches_and_takes_over_on_record(new_screen, panel):
+def test_second_browser_watches_and_takes_over_on_record(new_screen, panel):
     first, second = new_screen(), new_screen()
     first.open()
     first.choose()
@@ -64,8 +64,8 @@ def test_a_second_browser_watches_and_takes_over_on_record(new_screen, panel):
 
 
 @pytest.mark.thorough
-def test_who_comes_back_in_another_tab_need_not_take_over_from_themselves(new_screen, panel):
-    first, second, other = new_screen(), new_screen(), new_screen()
+def test_same_person_in_another_tab_needs_no_take_over(new_screen, panel):
+    first, second, third = new_screen(), new_screen(), new_screen()
 
     def take_control(screen, name):
         screen.open()
@@ -78,22 +78,22 @@ def test_who_comes_back_in_another_tab_need_not_take_over_from_themselves(new_sc
     wait_until(lambda: not panel.get("state")["control"]["connected"])
     take_control(second, NAME)
     second.page.locator(".holder", has_text="you").wait_for()
-    take_control(other, "Bob Moss")
-    expect(other.page.locator(".dialog")).to_contain_text(f"Take over from {NAME}?")
+    take_control(third, "Bob Moss")
+    expect(third.page.locator(".dialog")).to_contain_text(f"Take over from {NAME}?")
 
 
 @pytest.mark.thorough
-def test_a_run_goes_on_when_the_browser_is_killed(chromium, panel, tmp_path):
+def test_run_continues_when_the_browser_is_killed(chromium, panel, tmp_path):
     context = chromium.browser_type.launch_persistent_context(
         tmp_path / "profile", executable_path=browser_path(), args=["--no-sandbox", "--disable-gpu"]
     )
     screen = Screen(context.pages[0], panel)
     screen.begin(specimen="KILLED-1")
     panel.wait_for("running")
-    for each in psutil.process_iter(["cmdline"]):
-        if str(tmp_path / "profile") in " ".join(each.info["cmdline"] or ()):
+    for process in psutil.process_iter(["cmdline"]):
+        if str(tmp_path / "profile") in " ".join(process.info["cmdline"] or ()):
             with suppress(psutil.NoSuchProcess):
-                each.kill()
+                process.kill()
     panel.wait_for("finished")
     newest = panel.get("runs")["items"][0]
     assert (newest["specimen"], newest["outcome"]) == ("KILLED-1", "completed")
@@ -102,7 +102,7 @@ def test_a_run_goes_on_when_the_browser_is_killed(chromium, panel, tmp_path):
 
 
 @pytest.mark.thorough
-def test_a_run_goes_on_without_any_browser(new_screen, panel):
+def test_run_continues_without_any_browser(new_screen, panel):
     screen = new_screen()
     screen.begin(specimen="ALONE-1", real_time=False)
     screen.page.close()
@@ -116,7 +116,7 @@ def test_a_run_goes_on_without_any_browser(new_screen, panel):
 
 
 @pytest.mark.thorough
-def test_a_hostile_specimen_is_only_text(screen):
+def test_hostile_specimen_is_only_text(screen):
     page = screen.page
     screen.begin(specimen=HOSTILE, real_time=False)
     screen.wait_for_result()
@@ -128,7 +128,7 @@ def test_a_hostile_specimen_is_only_text(screen):
 
 
 @pytest.mark.thorough
-def test_a_lost_server_is_told_and_comes_back_by_itself(new_screen, lab):
+def test_lost_server_is_reported_and_screen_reconnects(new_screen, lab):
     port = free_port()
     with running_panel(lab, port=port) as panel:
         window = new_screen(panel)
@@ -143,7 +143,7 @@ def test_a_lost_server_is_told_and_comes_back_by_itself(new_screen, lab):
 
 
 @pytest.mark.thorough
-def test_nothing_starts_without_the_answers(screen):
+def test_start_requires_all_inputs(screen):
     page = screen.page
     screen.open()
     screen.choose()
@@ -156,21 +156,21 @@ def test_nothing_starts_without_the_answers(screen):
 
 
 @pytest.mark.thorough
-def test_a_red_preflight_is_passed_over_only_with_name_and_reason(screen, panel):
+def test_failed_preflight_is_overridden_only_with_name_and_reason(screen, panel):
     page = screen.page
     screen.open()
     screen.choose(NO_LOAD, OVERDUE)
     page.get_by_label("Your name").fill(NAME)
     screen.check_rig(ready=False)
-    red = page.locator(".light.fail")
-    expect(red).to_have_count(1)
-    number = page.locator(".light").count()
-    page.get_by_text(f"1 of {number} checks failed.", exact=True).wait_for()
-    expect(red).to_contain_text("was due on 2021-01-01")
-    expect(red.locator(".fix")).not_to_be_empty()
+    failed = page.locator(".light.fail")
+    expect(failed).to_have_count(1)
+    count = page.locator(".light").count()
+    page.get_by_text(f"1 of {count} checks failed.", exact=True).wait_for()
+    expect(failed).to_contain_text("was due on 2021-01-01")
+    expect(failed.locator(".fix")).not_to_be_empty()
     start = page.get_by_role("button", name="Start", exact=True)
     expect(start).to_be_disabled()
-    red.get_by_role("checkbox").check()
+    failed.get_by_role("checkbox").check()
     page.get_by_label("Name", exact=True).fill("Chief")
     expect(start).to_be_disabled()  # a reason is missing
     page.get_by_label("Reason").fill("new one ordered")
@@ -180,7 +180,7 @@ def test_a_red_preflight_is_passed_over_only_with_name_and_reason(screen, panel)
 
 
 @pytest.mark.thorough
-def test_a_rig_that_is_not_safe_is_told_in_red_and_apart(new_screen, lab):
+def test_unsafe_rig_is_reported_in_a_separate_alert(new_screen, lab):
     station = (lab / "station.yaml").read_text(encoding="utf-8")
     faults = (
         "{plugin: swing_tester_sim, faults: [{kind: lost, on: stream, at: {frequency: 20 Hz}}]}"
@@ -198,15 +198,15 @@ def test_a_rig_that_is_not_safe_is_told_in_red_and_apart(new_screen, lab):
         screen.check_rig()
         screen.start()
         screen.wait_for_result()
-        told = page.get_by_role("alert").filter(has_text="THE RIG IS NOT SAFE.")
-        expect(told).to_contain_text("make safe failed")
-        why = page.locator(".banner.warn")
-        expect(why).to_contain_text("the connection broke")
-        expect(why).not_to_contain_text("safe")
+        alert = page.get_by_role("alert").filter(has_text="THE RIG IS NOT SAFE.")
+        expect(alert).to_contain_text("make safe failed")
+        reason = page.locator(".banner.warn")
+        expect(reason).to_contain_text("the connection broke")
+        expect(reason).not_to_contain_text("safe")
 
 
 @pytest.mark.thorough
-def test_a_browser_that_speaks_german_is_answered_in_german(new_screen):
+def test_german_browser_gets_a_german_screen(new_screen):
     screen = new_screen(locale="de-DE")
     screen.open()
     page = screen.page
@@ -217,7 +217,7 @@ def test_a_browser_that_speaks_german_is_answered_in_german(new_screen):
 
 
 @pytest.mark.thorough
-def test_what_the_server_says_is_german_too(new_screen):
+def test_texts_of_the_server_are_german_too(new_screen):
     screen = new_screen(locale="de-DE")
     page = screen.page
     screen.open()
@@ -238,4 +238,4 @@ def test_what_the_server_says_is_german_too(new_screen):
     expect(steps).to_contain_text("Lager auf dem Dorn")  # of a procedure that ships
     red.get_by_role("checkbox").check()
     item, reason = red.bounding_box(), page.locator(".preflight .override").bounding_box()
-    assert item["y"] + item["height"] <= reason["y"]  # what is overridden is seen above its reason
+    assert item["y"] + item["height"] <= reason["y"]  # overridden items are above the reason

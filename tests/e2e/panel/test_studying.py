@@ -1,4 +1,4 @@
-"""Curves over each other and control charts, drawn: what a person sees of many stored runs."""
+"""Overlays and control charts of many stored runs, as they are drawn."""
 
 from __future__ import annotations
 
@@ -12,11 +12,11 @@ from e2e.panel.helpers_screen import running_panel
 SHIFTED_FROM = 34
 COLOURS = """canvas => {
     const { data } = canvas.getContext('2d').getImageData(0, 0, canvas.width, canvas.height);
-    const drawn = new Set();
+    const colours = new Set();
     for (let at = 0; at < data.length; at += 4) {
-        if (data[at + 3] > 250) drawn.add(`${data[at]},${data[at + 1]},${data[at + 2]}`);
+        if (data[at + 3] > 250) colours.add(`${data[at]},${data[at + 1]},${data[at + 2]}`);
     }
-    return [...drawn];
+    return [...colours];
 }"""
 RGB = """name => {
     const hex = getComputedStyle(document.documentElement).getPropertyValue(`--${name}`).trim();
@@ -25,7 +25,7 @@ RGB = """name => {
 
 
 def drawn_in(page, plot, name: str) -> bool:
-    """Say whether a plot has something in one of the screen's colours."""
+    """Return whether a plot has something in one of the screen's colours."""
     return page.evaluate(RGB, name) in plot.locator("canvas").evaluate(COLOURS)
 
 
@@ -41,9 +41,7 @@ def shifted(tmp_path):
 
 
 @pytest.mark.thorough
-def test_a_control_chart_is_drawn_with_its_limits_and_the_runs_beyond_them(
-    new_screen, shifted, pictures
-):
+def test_control_chart_shows_limits_and_runs_beyond_them(new_screen, shifted, pictures):
     with running_panel(shifted) as panel:
         screen = new_screen(panel, locale="de-DE")
         page = screen.page
@@ -78,8 +76,8 @@ def test_a_control_chart_is_drawn_with_its_limits_and_the_runs_beyond_them(
 
 
 @pytest.mark.thorough
-def test_results_and_curves_of_two_runs_are_drawn_over_each_other(new_screen, panel, pictures):
-    runs = sorted(each.name for each in panel.runs.iterdir() if "QUICK" in each.name)[:2]
+def test_overlay_draws_results_and_curves_of_two_runs(new_screen, panel, pictures):
+    runs = sorted(run.name for run in panel.runs.iterdir() if "QUICK" in run.name)[:2]
     screen = new_screen()
     page = screen.page
     screen.open(f"#/overlay/{'/'.join(runs)}")
@@ -95,9 +93,8 @@ def test_results_and_curves_of_two_runs_are_drawn_over_each_other(new_screen, pa
 
 
 @pytest.mark.thorough
-@pytest.mark.thorough
-def test_a_comparison_says_first_that_no_result_differs(new_screen, panel):
-    run = next(each.name for each in panel.runs.iterdir() if "QUICK-ST" in each.name)
+def test_comparison_of_equal_runs_says_that_no_result_differs(new_screen, panel):
+    run = next(run.name for run in panel.runs.iterdir() if "QUICK-ST" in run.name)
     screen = new_screen()
     screen.open(f"#/compare/{run}/{run}")
     expect(screen.page.locator(".compare .good-text")).to_have_text("No result differs.")

@@ -1,4 +1,4 @@
-"""The panel's tutorial is done as it stands: what is bold in its numbered steps is pressed."""
+"""The panel's tutorial works as written: the test presses what is bold in its numbered steps."""
 
 from __future__ import annotations
 
@@ -23,8 +23,8 @@ def do(page, verb, what, text):
         case "Choose":
             page.locator(".item", has_text=what).first.click()
         case "Press":
-            named = page.get_by_role("button", name=what, exact=True)
-            named.or_(page.locator("summary", has_text=what)).last.click()
+            button = page.get_by_role("button", name=what, exact=True)
+            button.or_(page.locator("summary", has_text=what)).last.click()
         case "Write":
             page.get_by_label(what, exact=True).fill(text)
         case "Untick":
@@ -32,20 +32,20 @@ def do(page, verb, what, text):
         case "See":
             expect(page.get_by_text(what).first).to_be_visible()
         case _:
-            raise AssertionError(f"nobody knows how to {verb}")
+            raise AssertionError(f"unknown verb: {verb}")
 
 
 @pytest.mark.thorough
-def test_the_tutorial_leads_to_a_certificate(new_screen, tmp_path):
+def test_tutorial_leads_to_a_certificate(new_screen, tmp_path):
     steps = STEP.findall(TUTORIAL.read_text(encoding="utf-8"))
     numbered = re.findall(r"^\d+\. ", TUTORIAL.read_text(encoding="utf-8"), re.MULTILINE)
     assert len(steps) == len(numbered) == 23
     assert call("init", tmp_path).code == 0
-    done = call(
+    result = call(
         "run", "no_load_inertia_sweep", "--station", "simulated", "--unattended",
         "--runs", tmp_path / "runs",
     )  # fmt: skip
-    assert done.code == 0, done.err
+    assert result.code == 0, result.err
     with running_panel(tmp_path) as panel:
         screen = new_screen(panel)
         screen.open()

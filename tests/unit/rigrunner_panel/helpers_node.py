@@ -1,4 +1,4 @@
-"""Node.js, started once for many questions: its start takes longer than most of them."""
+"""Node.js, started once for many questions, since its start takes longer than most of them."""
 
 from __future__ import annotations
 
@@ -11,20 +11,20 @@ WITHIN_S = 60.0
 LOOP = r"""
 import { createInterface } from 'node:readline';
 for await (const line of createInterface({ input: process.stdin })) {
-  let told;
+  let reply;
   try {
-    told = { value: await answer(JSON.parse(line)) };
+    reply = { value: await answer(JSON.parse(line)) };
   } catch (error) {
-    told = { error: `${error.stack}` };
+    reply = { error: `${error.stack}` };
   }
-  process.stdout.write(`${JSON.stringify(told)}\n`);
+  process.stdout.write(`${JSON.stringify(reply)}\n`);
 }
 """
 
 
 @contextmanager
-def answering(folder, program):
-    """Give a function that asks Node; the program, a module in that folder, defines `answer`."""
+def running_node(folder, program):
+    """Yield a function that asks Node; the program, a module in that folder, defines `answer`."""
     words = ["node", "--input-type=module", "-e", program + LOOP]
     with subprocess.Popen(
         words, cwd=folder, stdin=subprocess.PIPE, stdout=subprocess.PIPE, encoding="utf-8"

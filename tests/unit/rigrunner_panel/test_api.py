@@ -54,7 +54,7 @@ def client(folder):
         yield test_client
 
 
-def test_what_is_there_to_choose_can_be_searched(client):
+def test_procedures_and_stations_can_be_searched(client):
     names = [item["name"] for item in client.get("/api/v1/procedures").json()["items"]]
     assert "starting_torque_1000n" in names
     items = client.get("/api/v1/procedures", params={"search": "TORQUE STT-1000"}).json()["items"]
@@ -63,7 +63,7 @@ def test_what_is_there_to_choose_can_be_searched(client):
     assert [item["name"] for item in stations] == ["simulated_bench", "simulated_loaded_bench"]
 
 
-def test_a_lab_s_own_files_come_by_their_path_and_a_broken_one_says_why(client, folder):
+def test_files_of_the_lab_are_listed_by_path_with_problems(client, folder):
     (folder / "lab/station.yaml").write_text("rigrunner: station/1\nid: mine\n", encoding="utf-8")
     (folder / "lab/notes.yaml").write_text("anything: else\n", encoding="utf-8")
     items = client.get("/api/v1/stations").json()["items"]
@@ -73,7 +73,7 @@ def test_a_lab_s_own_files_come_by_their_path_and_a_broken_one_says_why(client, 
     assert not any("notes" in item["name"] for item in items)
 
 
-def test_a_plan_says_what_a_run_would_do(client):
+def test_plan_describes_the_run(client):
     plan = client.post("/api/v1/plan", json=PAIR).json()
     assert plan["procedure"]["id"] == "SSPB-NLI"
     assert plan["station"]["simulated"]
@@ -84,7 +84,7 @@ def test_a_plan_says_what_a_run_would_do(client):
     assert plan["partners"] == []
 
 
-def test_a_plan_that_needs_a_no_load_run_says_that_there_is_none(client):
+def test_plan_reports_a_missing_no_load_run(client):
     plan = client.post("/api/v1/plan", json={**PAIR, "procedure": "starting_torque_1000n"}).json()
     (partner,) = plan["partners"]
     assert (partner["name"], partner["words"], partner["run"]) == ("no_load", "no-load run", "")
@@ -92,7 +92,7 @@ def test_a_plan_that_needs_a_no_load_run_says_that_there_is_none(client):
     assert [item["name"] for item in plan["inputs"]] == ["specimen", "type", "lot", "operator"]
 
 
-def test_problems_of_files_come_with_their_places(client, folder):
+def test_problems_of_files_have_positions(client, folder):
     text = "rigrunner: procedure/2\nid: X\nrevision: A\ntitle: t\nmain: [{wait: x}]\nxx: 1\n"
     (folder / "lab/p.yaml").write_text(text, encoding="utf-8")
     answer = client.post("/api/v1/plan", json={"procedure": "p.yaml", "station": "simulated"})
@@ -103,12 +103,12 @@ def test_problems_of_files_come_with_their_places(client, folder):
 @pytest.mark.parametrize(
     "name", ["../../etc/passwd", "/etc/passwd", "lab/../../x.yaml", "simulated\0", "x" * 200]
 )
-def test_a_path_is_no_name(client, name):
+def test_path_is_refused_as_station_name(client, name):
     answer = client.post("/api/v1/plan", json={**PAIR, "station": name})
     assert (answer.status_code, answer.json()["code"]) == (404, "not_found")
 
 
-def test_no_request_reaches_a_station_that_the_panel_does_not_serve(folder):
+def test_station_that_is_not_served_is_not_found(folder):
     client, _ = client_of(folder, stations=("simulated",))
     bench = "simulated_bench"
     with client:
@@ -123,7 +123,7 @@ def test_no_request_reaches_a_station_that_the_panel_does_not_serve(folder):
     assert [answer.status_code for answer in answers] == [404] * 5
 
 
-def test_an_input_is_looked_at_as_it_is_typed(client):
+def test_input_is_checked_as_it_is_typed(client):
     def check(text):
         body = {"procedure": "starting_torque_1000n", "input": "specimen", "text": text}
         return client.post("/api/v1/check-input", json=body).json()
@@ -132,7 +132,7 @@ def test_an_input_is_looked_at_as_it_is_typed(client):
     assert (check("  ")["ok"], check("  ")["message"]) == (False, "nothing was given")
 
 
-def test_a_watcher_without_an_id_is_told_so(client):
+def test_watcher_without_client_id_is_refused(client):
     refused = pytest.raises(WebSocketDisconnect)
     with refused as closed, client.websocket_connect(f"{EVENTS[:-5]}!"):
         pass
@@ -164,7 +164,7 @@ BODIES = {
 
 
 @pytest.mark.parametrize("operation", STEERING, ids=lambda operation: operation.path)
-def test_nobody_steers_without_control(client, operation):
+def test_steering_requires_control(client, operation):
     body = BODIES.get(operation.path, {})
     assert client.post("/api/v1/control", json={"name": "Bob"}, headers=BOB).status_code == 200
     answer = client.post(operation.path.format(run="r", number="n"), json=body)
@@ -176,19 +176,19 @@ def test_nobody_steers_without_control(client, operation):
     "path",
     sorted(op.path for op in STEERING if op.path.startswith(("/api/v1/run/", "/api/v1/m"))),
 )
-def test_what_needs_a_run_is_refused_without_one(client, path):
+def test_run_operations_are_refused_without_a_run(client, path):
     client.post("/api/v1/control", json={"name": "Ann"})
     answer = client.post(path, json=BODIES.get(path, {}))
     assert (answer.status_code, answer.json()["code"]) == (409, "wrong_state")
     assert answer.json()["message"]
 
 
-def test_stop_is_for_everyone_and_says_that_there_was_nothing_to_stop(client):
+def test_anyone_may_stop_and_learns_that_nothing_was_running(client):
     client.post("/api/v1/control", json={"name": "Bob"}, headers=BOB)
     assert client.post("/api/v1/stop", json={}).json() == {"ok": True, "stopped": False}
 
 
-def test_control_is_taken_over_only_on_purpose(client):
+def test_control_is_taken_over_only_on_request(client):
     client.post("/api/v1/control", json={"name": "Bob"}, headers=BOB)
     assert client.post("/api/v1/control", json={"name": "Ann"}).status_code == 409
     assert (
@@ -212,7 +212,7 @@ def test_control_is_taken_over_only_on_purpose(client):
         (b"[" * 50_000, "JSON"),
     ],
 )
-def test_a_body_that_is_not_as_it_must_be_is_refused_with_words(client, content, words):
+def test_malformed_body_is_refused_with_a_message(client, content, words):
     answer = client.post(
         "/api/v1/control", content=content, headers={"Content-Type": "application/json"}
     )
@@ -241,7 +241,7 @@ POSTS = [op for op in OPERATIONS if op.body is not None and op.path != "/api/v1/
     suppress_health_check=[HealthCheck.function_scoped_fixture],
 )
 @given(data=st.data())
-def test_whatever_is_sent_the_answer_is_one_of_the_known_ones(client, data):
+def test_arbitrary_bodies_get_a_documented_status(client, data):
     client.post("/api/v1/control", json={"name": "Ann", "take_over": True})
     operation = data.draw(st.sampled_from(POSTS))
     fields = {name: st.one_of(TEXT, JSON) for name in operation.body.model_fields}
@@ -251,7 +251,7 @@ def test_whatever_is_sent_the_answer_is_one_of_the_known_ones(client, data):
     assert answer.json().get("code", "") != "bug"
 
 
-def test_a_huge_body_is_not_read_to_its_end(client):
+def test_huge_body_is_refused(client):
     content = b'{"name": "' + b"x" * SHORT + b'"}'
     headers = {"Content-Type": "application/json"}
     answer = client.post("/api/v1/control", content=content, headers=headers)
@@ -268,7 +268,7 @@ def test_a_huge_body_is_not_read_to_its_end(client):
     assert answer.status_code == 413
 
 
-def test_a_body_that_does_not_come_is_not_waited_for(client, monkeypatch):
+def test_missing_body_times_out(client, monkeypatch):
     monkeypatch.setattr(app, "REQUEST_S", 0.1)
 
     headers = {**ANN, "content-type": "application/json"}
@@ -297,7 +297,7 @@ def test_a_body_that_does_not_come_is_not_waited_for(client, monkeypatch):
     ("path", "query"),
     [("runs", {"limit": "9" * 5000}), ("trend", {"quantity": "x", "baseline": "9" * 5000})],
 )
-def test_a_number_that_is_too_long_for_python_is_refused(client, path, query):
+def test_number_too_long_for_python_is_refused(client, path, query):
     answer = client.get(f"/api/v1/{path}", params=query)
     assert (answer.status_code, answer.json()["code"]) == (400, "bad_request")
 
@@ -312,7 +312,7 @@ def test_a_number_that_is_too_long_for_python_is_refused(client, path, query):
         {"X-Rigrunner-Client": "x" * 65},
     ],
 )
-def test_a_post_without_what_a_foreign_form_cannot_send_is_refused(client, headers):
+def test_post_that_a_foreign_form_could_send_is_refused(client, headers):
     headers_sent = {"Content-Type": "application/json", **headers}
     answer = client.post("/api/v1/stop", content=b"{}", headers=headers_sent)
     assert (answer.status_code, answer.json()["code"]) == (400, "bad_request")
@@ -333,7 +333,7 @@ def test_a_post_without_what_a_foreign_form_cannot_send_is_refused(client, heade
         {"Sec-Fetch-Site": "same-site"},
     ],
 )
-def test_another_site_gets_nothing_and_does_nothing(client, headers):
+def test_requests_of_another_site_are_refused(client, headers):
     for answer in (
         client.get("/api/v1/state", headers=headers),
         client.post("/api/v1/stop", json={}, headers=headers),
@@ -348,20 +348,20 @@ def test_another_site_gets_nothing_and_does_nothing(client, headers):
 
 
 @pytest.mark.parametrize("headers", [{"Host": "[::1"}, {"Origin": "http://[::1"}])
-def test_an_address_that_is_none_is_nobody_s(client, headers):
+def test_malformed_host_or_origin_is_refused(client, headers):
     answer = client.get("/api/v1/state", headers=headers)
     assert answer.status_code == 403
     assert answer.json()["code"] == "foreign_origin"
 
 
 @pytest.mark.parametrize("host", ["localhost", "localhost:8750", "127.0.0.1:1", "[::1]:8750"])
-def test_the_panel_s_own_names_are_answered_through_any_port(client, host):
+def test_local_names_are_accepted_with_any_port(client, host):
     headers = {"Host": host, "Origin": f"http://{host}", "Sec-Fetch-Site": "same-origin"}
     assert client.get("/api/v1/state", headers=headers).status_code == 200
 
 
 @pytest.mark.parametrize("public", ["rig.example.org", "rig.example.org:443", "Rig.Example.org"])
-def test_a_public_name_is_answered_with_and_without_its_port(folder, public):
+def test_public_name_is_accepted_with_and_without_its_port(folder, public):
     client, _ = client_of(folder, public_name=public)
     for host in ("rig.example.org", "rig.example.org:443", "RIG.example.org"):
         for origin in ("https://rig.example.org", "https://rig.example.org:443"):
@@ -383,14 +383,14 @@ def test_a_public_name_is_answered_with_and_without_its_port(folder, public):
         ("127.0.0.1:8750", "https://rig.example.org"),
     ],
 )
-def test_beside_the_public_name_nothing_else_is_let_in(folder, host, origin):
+def test_names_other_than_the_public_one_are_refused(folder, host, origin):
     client, _ = client_of(folder, public_name="rig.example.org")
     headers = {"Host": host, **({"Origin": origin} if origin else {})}
     answer = client.get("/api/v1/state", headers=headers)
     assert (answer.status_code, answer.json()["code"]) == (403, "foreign_origin")
 
 
-def test_no_answer_lets_another_site_in_or_a_script_run(client):
+def test_answers_have_security_headers(client):
     for path in ("/", "/api/v1/state", "/nothing", "/api/v1/nothing"):
         answer = client.get(path)
         assert "access-control-allow-origin" not in answer.headers
@@ -402,7 +402,7 @@ def test_no_answer_lets_another_site_in_or_a_script_run(client):
     assert preflight.status_code == 405
 
 
-def test_a_picture_is_given_out_once_a_prompt_shows_it_and_no_other_file(folder):
+def test_only_pictures_of_prompts_are_served(folder):
     (folder / "lab/clamp.png").write_bytes(b"picture")
     client, panel = client_of(folder)
     address = panel.picture(str(folder / "lab/clamp.png"))
@@ -421,10 +421,10 @@ class TestWithAToken:
             yield test_client
 
     @pytest.mark.parametrize(
-        "given", ["", "Bearer", "Bearer wrong", f"Basic {TOKEN}", f"Bearer {TOKEN}x", "Bearer é"]
+        "header", ["", "Bearer", "Bearer wrong", f"Basic {TOKEN}", f"Bearer {TOKEN}x", "Bearer é"]
     )
-    def test_nothing_is_answered_without_it(self, client, given):
-        headers = {"Authorization": given.encode()} if given else {}
+    def test_requests_without_token_are_refused(self, client, header):
+        headers = {"Authorization": header.encode()} if header else {}
         for path in (
             "/api/v1/state",
             "/api/v1/runs",
@@ -434,17 +434,17 @@ class TestWithAToken:
             answer = client.get(path, headers=headers)
             assert (answer.status_code, answer.json()["code"]) == (401, "no_token")
 
-    def test_with_it_everything_is(self, client):
+    def test_requests_with_token_are_answered(self, client):
         headers = {"Authorization": f"Bearer {TOKEN}"}
         assert client.get("/api/v1/state", headers=headers).status_code == 200
         assert client.get("/api/v1/openapi.json").status_code == 200
         assert client.get("/").status_code == 200
 
-    def test_a_ticket_beyond_ascii_is_that_of_no_address(self, folder):
+    def test_non_ascii_ticket_is_refused(self, folder):
         _, panel = client_of(folder, token=TOKEN)
         assert not panel.admits("/api/v1/runs", "\u00e9")
 
-    def test_a_websocket_offers_it_as_a_subprotocol(self, client):
+    def test_websocket_sends_the_token_as_subprotocol(self, client):
         with client.websocket_connect(EVENTS, ["rigrunner.v1", f"token.{TOKEN}"]) as socket:
             assert socket.accepted_subprotocol == "rigrunner.v1"
             assert socket.receive_json()["type"] == "state"
@@ -454,7 +454,7 @@ class TestWithAToken:
                 pass
             assert closed.value.code == 4401
 
-    def test_an_address_of_this_machine_is_a_name_and_a_strange_name_is_none(self, client):
+    def test_address_of_this_machine_is_accepted_and_foreign_name_refused(self, client):
         headers = {"Authorization": f"Bearer {TOKEN}"}
         answer = client.get("/api/v1/state", headers={**headers, "Host": "192.0.2.7:8750"})
         foreign = client.get("/api/v1/state", headers={**headers, "Host": "evil.example"})
@@ -468,7 +468,7 @@ class TestHistory:
         with test_client:
             yield test_client
 
-    def test_runs_are_listed_newest_first_with_what_they_found(self, client, demo):
+    def test_runs_are_listed_newest_first_with_results(self, client, demo):
         items = client.get("/api/v1/runs").json()["items"]
         assert [item["run"] for item in items] == [demo.loaded.name, demo.no_load.name]
         result = json.loads((demo.loaded / "result.json").read_text(encoding="utf-8"))
@@ -492,7 +492,7 @@ class TestHistory:
         assert (len(first["items"]), first["more"]) == (1, True)
         assert runs(limit="-3") == runs(limit="x") == runs()
 
-    def test_one_run_has_its_result_events_and_files(self, client, demo):
+    def test_run_has_its_result_events_and_files(self, client, demo):
         detail = client.get(f"/api/v1/runs/{demo.loaded.name}").json()
         assert detail["result"]["decision"]["verdict"] == "pass"
         assert detail["sealed"]
@@ -505,7 +505,7 @@ class TestHistory:
         assert policy.startswith("sandbox; default-src 'none'")
         assert "script" not in policy
 
-    def test_the_next_specimen_is_started_with_all_but_its_name(self, client, demo):
+    def test_next_run_keeps_all_inputs_but_the_specimen(self, client, demo):
         again = client.get(f"/api/v1/runs/{demo.loaded.name}/again").json()
         assert again == {
             "procedure": "starting_torque_1000n",
@@ -514,7 +514,7 @@ class TestHistory:
             "operator": "Demo operator",
         }
 
-    def test_a_specimen_that_was_tested_before_is_said_while_it_is_typed(self, client, demo):
+    def test_typed_specimen_with_earlier_run_gets_a_note(self, client, demo):
         body = {"procedure": "starting_torque_1000n", "input": "specimen"}
         notes = [
             client.post("/api/v1/check-input", json={**body, "text": text}).json()["note"]
@@ -522,9 +522,7 @@ class TestHistory:
         ]
         assert notes == [f"demo-0001 has already been tested: run {demo.loaded.name}", ""]
 
-    def test_a_start_of_a_specimen_that_was_tested_before_answers_so(
-        self, client, demo, monkeypatch
-    ):
+    def test_start_of_specimen_with_earlier_run_gets_a_note(self, client, demo, monkeypatch):
         started = []
         monkeypatch.setattr(queueing, "start_job", lambda *args, **_: started.append(args))
         assert client.post("/api/v1/control", json={"name": "Ann"}, headers=ANN).status_code == 200
@@ -538,7 +536,7 @@ class TestHistory:
             assert answer.json() == {"ok": True, "entry": None, "note": note}
         assert len(started) == 2
 
-    def test_of_two_stations_with_one_id_the_very_one_is_taken(self, client, demo, folder):
+    def test_next_run_takes_the_same_of_two_stations_with_one_id(self, client, demo, folder):
         text = find_station("simulated").read_text(encoding="utf-8")
         changed = text.replace("seed: 1", "seed: 2")
         (folder / "lab" / "other.yaml").write_text(changed, encoding="utf-8")
@@ -556,7 +554,7 @@ class TestHistory:
         assert client.get("/api/v1/compare", params=same).json()["same"]
 
     @pytest.mark.parametrize("how", ["resume", "recover"])
-    def test_a_sealed_run_is_neither_resumed_nor_closed(self, client, demo, how):
+    def test_sealed_run_is_neither_resumed_nor_closed(self, client, demo, how):
         client.post("/api/v1/control", json={"name": "Ann"})
         answer = client.post(f"/api/v1/runs/{demo.loaded.name}/{how}", json={})
         assert (answer.status_code, answer.json()["code"]) == (422, "data")
@@ -580,7 +578,7 @@ class TestHistory:
             "/static/../../secret.txt",
         ],
     )
-    def test_nothing_outside_of_the_runs_is_given_out(self, client, demo, path):
+    def test_files_outside_the_runs_are_not_served(self, client, demo, path):
         secret = demo.folder.parent / "secret.txt"
         secret.write_text("secret", encoding="utf-8")
         answer = client.get(path.format(run=demo.loaded.name))
@@ -588,7 +586,7 @@ class TestHistory:
         assert b"secret" not in answer.content.replace(b"secret.txt", b"")
 
     @pytest.mark.skipif(not hasattr(os, "symlink"), reason="the system has no links")
-    def test_a_link_out_of_the_runs_is_not_followed_and_odd_files_are_kept(self, folder, demo):
+    def test_links_and_unknown_files_in_a_run_are_not_served(self, folder, demo):
         shutil.copytree(demo.loaded, folder / "runs" / "r1")
         (folder / "secret.txt").write_text("secret", encoding="utf-8")
         (folder / "runs/r1/link.txt").symlink_to(folder / "secret.txt")
@@ -599,7 +597,7 @@ class TestHistory:
         for name in ("link.txt", "program.py"):
             assert client.get(f"/api/v1/runs/r1/files/{name}").status_code == 404
 
-    def test_with_a_token_files_have_tickets_that_open_nothing_else(self, folder, demo):
+    def test_ticket_of_a_file_opens_no_other_file(self, folder, demo):
         client, _ = client_of(folder, runs=demo.folder, token=TOKEN)
         headers = {"Authorization": f"Bearer {TOKEN}"}
         detail = client.get(f"/api/v1/runs/{demo.loaded.name}", headers=headers).json()
@@ -611,14 +609,14 @@ class TestHistory:
 
     @pytest.mark.parametrize("what", ["verify", "amend", "sign"])
     @pytest.mark.parametrize("number", ["RR-2026-0001", "run", "%2e%2e"])
-    def test_no_certificate_of_another_place_is_touched(self, client, demo, what, number):
+    def test_certificate_outside_the_run_is_not_touched(self, client, demo, what, number):
         client.post("/api/v1/control", json={"name": "Ann"})
         bodies = {"sign": {"by": "Ann"}, "amend": {"reason": "r", "authorised_by": "B. Boss"}}
         for run in (demo.loaded.name, "..", "no-such-run"):
             path = f"/api/v1/runs/{run}/certificates/{number}/{what}"
             assert client.post(path, json=bodies.get(what, {})).status_code in {404, 409, 422}, path
 
-    def test_a_certificate_that_cannot_be_had_says_why(self, client, demo):
+    def test_certificate_without_letterhead_is_refused(self, client, demo):
         client.post("/api/v1/control", json={"name": "Ann"})
         path = f"/api/v1/runs/{demo.loaded.name}/certificate"
         answer = client.post(path, json={"authorised_by": "B. Boss"})
@@ -626,7 +624,7 @@ class TestHistory:
         assert "letterhead" in answer.json()["message"]
 
     @pytest.mark.thorough
-    def test_a_specimen_certificate_is_issued_with_its_files(self, folder, demo):
+    def test_specimen_certificate_is_issued_with_its_files(self, folder, demo):
         shutil.copytree(demo.loaded, folder / "runs" / demo.loaded.name)
         make_lab(folder / "lab", load_registry())
         client, _ = client_of(folder, letterhead=folder / "lab/letterhead")

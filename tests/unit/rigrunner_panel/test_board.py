@@ -1,4 +1,4 @@
-"""The state: every change is told once, and the whole is what the deltas add up to."""
+"""The state: every change is sent once, and the deltas add up to the whole."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ CHANGE = st.one_of(
 
 
 @given(st.lists(st.one_of(CHANGE, st.none()), max_size=30))
-def test_a_screen_that_applies_all_deltas_shows_the_whole_state(changes):
+def test_applying_all_deltas_gives_the_whole_state(changes):
     board = Board()
     shown = json.loads(board.state("me"))
     for change in [*changes, None]:
@@ -42,7 +42,7 @@ def test_a_screen_that_applies_all_deltas_shows_the_whole_state(changes):
     assert {**shown, "now_utc": ""} == {**json.loads(board.state("me")), "now_utc": ""}
 
 
-def test_the_state_is_of_the_model_that_is_published():
+def test_state_matches_the_published_model():
     state = json.loads(Board().state("abc"))
     others = {"seq", "latest", "version", "you", "now_utc"}
     assert set(state) == set(State.model_fields) == {*SECTIONS, *others}
@@ -51,7 +51,7 @@ def test_the_state_is_of_the_model_that_is_published():
     State.model_validate(state)
 
 
-def test_what_stays_the_same_is_not_told():
+def test_unchanged_values_are_not_sent():
     board, calls = Board(), []
     board.wake = lambda: calls.append(1)
     board.put(phase="idle", readings={})
@@ -61,7 +61,7 @@ def test_what_stays_the_same_is_not_told():
     assert calls == [1]
 
 
-def test_a_value_that_is_not_finite_is_null_in_the_state():
+def test_non_finite_value_is_null_in_the_state():
     board = Board()
     board.put(readings={"t.load": Reading(value=float("nan"), unit="", shown=0.0, shown_in="")})
     text = board.state("me")
@@ -74,7 +74,7 @@ def control():
     return Control(Board())
 
 
-def test_the_first_has_control_and_the_second_is_told_who(control):
+def test_second_client_is_refused_with_the_name_in_control(control):
     assert control.take("client-a", "Ann", NOW, take_over=False) is None
     with pytest.raises(PanelError, match="Ann has control") as refused:
         control.take("client-b", "Bob", NOW, take_over=False)
@@ -85,7 +85,7 @@ def test_the_first_has_control_and_the_second_is_told_who(control):
     assert control.require("client-a") == "Ann"
 
 
-def test_taking_over_tells_from_whom(control):
+def test_take_over_returns_the_former_holder(control):
     control.take("client-a", "Ann", NOW, take_over=False)
     assert control.take("client-b", "Bob", NOW, take_over=True).name == "Ann"
     assert control.require("client-b") == "Bob"
@@ -95,7 +95,7 @@ def test_taking_over_tells_from_whom(control):
         control.require("client-b")
 
 
-def test_the_state_does_not_give_away_by_what_somebody_could_steer(control):
+def test_state_does_not_reveal_the_id_that_has_control(control):
     control.take("client-a", "Ann", NOW, take_over=False)
     control.count_connection("client-a", 1)
     shown = json.loads(control._board.state("x"))

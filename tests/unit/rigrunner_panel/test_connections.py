@@ -1,4 +1,4 @@
-"""Connections that are hoarded: who wants to stop the rig still gets one."""
+"""Limits of idle and hoarded connections, so that Stop always gets one."""
 
 from __future__ import annotations
 
@@ -29,23 +29,23 @@ def address(monkeypatch):
     config = uvicorn.Config(
         app, http=connections.Bounded, log_level="critical", lifespan="off", timeout_keep_alive=60
     )
-    with socket.create_server(("127.0.0.1", 0)) as listening:
+    with socket.create_server(("127.0.0.1", 0)) as listener:
         server = uvicorn.Server(config)
-        work = threading.Thread(target=server.run, kwargs={"sockets": [listening]})
+        work = threading.Thread(target=server.run, kwargs={"sockets": [listener]})
         work.start()
-        yield listening.getsockname()
+        yield listener.getsockname()
         server.should_exit = True
         work.join()
 
 
 @contextmanager
-def opened(address, content=b""):
+def connect(address, content=b""):
     with socket.create_connection(address, PATIENT_S) as connection:
         connection.sendall(content)
         yield connection
 
 
-def is_ended(connection):
+def is_closed(connection):
     try:
         return connection.recv(1000) == b""
     except ConnectionError:
@@ -53,38 +53,38 @@ def is_ended(connection):
 
 
 @pytest.mark.parametrize("content", [b"", HALF])
-def test_a_request_that_does_not_come_is_not_waited_for(address, content):
-    with opened(address, content) as connection:
-        assert is_ended(connection)
+def test_incomplete_request_is_closed(address, content):
+    with connect(address, content) as connection:
+        assert is_closed(connection)
 
 
-def test_nor_is_a_second_one_that_is_begun(address):
-    with opened(address, WHOLE) as connection:
+def test_incomplete_second_request_is_closed(address):
+    with connect(address, WHOLE) as connection:
         assert connection.recv(1000).startswith(b"HTTP/1.1 204")
         connection.sendall(HALF)
-        assert is_ended(connection)
+        assert is_closed(connection)
 
 
-def test_who_asks_is_answered_as_long_as_he_goes_on(address):
-    with opened(address) as connection:
+def test_active_connection_stays_open(address):
+    with connect(address) as connection:
         for _ in range(3):
             connection.sendall(WHOLE)
             assert connection.recv(1000).startswith(b"HTTP/1.1 204")
             time.sleep(0.3)
 
 
-def test_one_address_has_no_more_than_its_share(address, monkeypatch):
+def test_connections_of_one_address_are_limited(address, monkeypatch):
     monkeypatch.setattr(connections, "REQUEST_S", PATIENT_S)
     with (
-        opened(address, WHOLE) as first,
-        opened(address, WHOLE) as two,
-        opened(address, WHOLE) as three,
-        opened(address, WHOLE) as four,
-        opened(address, WHOLE) as five,
+        connect(address, WHOLE) as first,
+        connect(address, WHOLE) as two,
+        connect(address, WHOLE) as three,
+        connect(address, WHOLE) as four,
+        connect(address, WHOLE) as five,
     ):
-        kept = (first, two, three, four, five)
-        assert all(connection.recv(1000).startswith(b"HTTP/1.1 204") for connection in kept)
-        with pytest.raises(ConnectionError), opened(address, WHOLE) as sixth:
+        connected = (first, two, three, four, five)
+        assert all(connection.recv(1000).startswith(b"HTTP/1.1 204") for connection in connected)
+        with pytest.raises(ConnectionError), connect(address, WHOLE) as sixth:
             assert sixth.recv(1000) == b"HTTP"
         first.sendall(WHOLE)
         assert first.recv(1000).startswith(b"HTTP/1.1 204")

@@ -1,4 +1,4 @@
-"""Curves for the screen: what is shown is what was recorded, and no more is kept than is shown."""
+"""Curves and trends for the screen: correct values in bounded memory."""
 
 from __future__ import annotations
 
@@ -24,14 +24,14 @@ RATE_HZ = 2000.0
     st.floats(0, 30),
     st.sampled_from([100.0, 2000.0, 10_000.0]),
 )
-def test_a_column_has_the_extremes_of_its_samples_however_they_come(sizes, start_s, rate_hz):
+def test_trend_column_has_the_extremes_of_its_samples(sizes, start_s, rate_hz):
     values = np.random.default_rng(3).normal(size=sum(sizes)).astype(np.float32)
     trend, first = Trend(), 0
     for size in sizes:
         trend.take(start_s + first / rate_hz, rate_hz, values[first : first + size])
         first += size
     low_at, low, high = trend.since(0)
-    # independently: each sample on its own, at the time that its block gives it
+    # independently: each sample alone, at the time given by its block
     expected: dict[int, list[float]] = {}
     first = 0
     for size in sizes:
@@ -47,7 +47,7 @@ def test_a_column_has_the_extremes_of_its_samples_however_they_come(sizes, start
     assert len(low) <= COLUMNS
 
 
-def test_a_trend_of_hours_is_no_longer_than_its_window_and_shows_gaps():
+def test_long_trend_is_limited_to_its_window_and_shows_gaps():
     trend = Trend()
     trend.take(0.0, 100.0, np.ones(100, np.float32))
     trend.take(8 * 3600.0, 100.0, np.full(100, 2.0, np.float32))
@@ -58,7 +58,7 @@ def test_a_trend_of_hours_is_no_longer_than_its_window_and_shows_gaps():
     assert (low[-20:] == 2).all()
 
 
-def test_samples_that_come_too_late_for_the_window_are_left_out():
+def test_samples_older_than_the_window_are_dropped():
     trend = Trend()
     trend.take(3600.0, 100.0, np.ones(10, np.float32))
     trend.take(0.0, 100.0, np.full(10, 9.0, np.float32))
@@ -66,7 +66,7 @@ def test_samples_that_come_too_late_for_the_window_are_left_out():
 
 
 @given(st.lists(st.floats(width=32, allow_nan=False), max_size=50), st.text(max_size=30))
-def test_a_frame_says_what_was_put_in_aligned_to_four_bytes(values, text):
+def test_frame_preserves_its_content_aligned_to_four_bytes(values, text):
     content = frame({"kind": text}, {"a": np.array(values, np.float32), "b": np.ones(3)})
     header, arrays = parse_frame(content)
     assert header["kind"] == text
@@ -90,7 +90,7 @@ def block_of(values, first=0, name="chamber.air"):
     return Block(RATE_HZ, first, 0.0, {name: np.asarray(values, np.float32)})
 
 
-def test_a_curve_is_told_with_its_axes_and_the_time_of_its_end():
+def test_curve_is_sent_with_its_axes_and_end_time():
     curves = Curves()
     curves.draw("001", CURVE, 12.5, 0.25)
     header, arrays = parse_frame(curves.next_curve())
@@ -102,12 +102,12 @@ def test_a_curve_is_told_with_its_axes_and_the_time_of_its_end():
         "x": [0, 180, 360], "measured": [1, 2, 1], "corrected": [0.5, 1.5, 0.5],
     }  # fmt: skip
     assert curves.next_curve() is None
-    later = parse_frame(curves.all_frames()[1])[0]  # a screen that comes later
+    later = parse_frame(curves.all_frames()[1])[0]  # for a screen that connects later
     assert later.pop("late_s") >= header.pop("late_s")
     assert later == header
 
 
-def test_a_screen_that_comes_later_gets_the_age_of_the_curve(monkeypatch):
+def test_late_screen_gets_the_age_of_the_curve(monkeypatch):
     now = iter([100.0, 160.0])
     monkeypatch.setattr(time, "monotonic", lambda: next(now))
     curves = Curves()
@@ -115,7 +115,7 @@ def test_a_screen_that_comes_later_gets_the_age_of_the_curve(monkeypatch):
     assert parse_frame(curves.all_frames()[1])[0]["late_s"] == 60.25
 
 
-def test_of_many_curves_the_latest_are_told():
+def test_only_the_latest_of_many_curves_are_sent():
     curves = Curves()
     for number in range(20):
         curves.draw("001", CURVE, float(number))
@@ -123,7 +123,7 @@ def test_of_many_curves_the_latest_are_told():
     assert ended_s == [16, 17, 18, 19]
 
 
-def test_the_trend_tells_only_what_is_new_and_a_new_screen_everything():
+def test_trend_sends_only_new_columns_and_all_to_a_new_screen():
     curves = Curves()
     curves.take(samples("001", block_of(np.ones(2000))), 0.0, {})
     assert parse_frame(curves.next_trend())[0]["first"] == 0
@@ -135,7 +135,7 @@ def test_the_trend_tells_only_what_is_new_and_a_new_screen_everything():
     assert (header["first"], header["reset"], len(arrays["minimum"])) == (0, True, 40)
 
 
-def test_over_time_is_the_first_listed_channel_that_is_recorded_in_the_unit_of_people():
+def test_trend_shows_first_listed_recorded_channel_in_its_display_unit():
     curves = Curves()
     air = np.linspace(293.15, 303.15, 200)
     block = Block(RATE_HZ, 0, 0.1, {"meter.resistance": 2 * air, "chamber.air": air})
@@ -148,4 +148,4 @@ def test_over_time_is_the_first_listed_channel_that_is_recorded_in_the_unit_of_p
     curves.take(samples("002", block_of(np.ones(200), name="other.x")), 1.0, units)
     header, arrays = parse_frame(curves.next_trend())
     assert (header["channel"], header["unit"]) == ("other.x", "")
-    assert np.nanmax(arrays["maximum"]) == 1  # nothing of the other channel
+    assert np.nanmax(arrays["maximum"]) == 1  # nothing of the former channel

@@ -1,4 +1,4 @@
-"""Numbers on the screen, by its own code."""
+"""Numbers as the screen's own code formats them."""
 
 from __future__ import annotations
 
@@ -22,20 +22,20 @@ WITH_NODE = pytest.mark.skipif(
 
 
 @WITH_NODE
-def test_a_set_value_is_shown_as_a_person_wrote_it(tmp_path):
+def test_set_value_is_shown_as_written(tmp_path):
     program = """
       import { plain } from './format.mjs';
       const values = [16.5, 35, 0.25, 0, -2.5, 1000, 1 / 3, null, NaN];
       console.log(JSON.stringify(values.map(plain)));
     """
-    assert _of(tmp_path, program) == [
+    assert _run_node(tmp_path, program) == [
         *("16.5", "35", "0.25", "0", "\N{MINUS SIGN}2.5", "1000", "0.333333"),
         *("\N{EN DASH}", "\N{EN DASH}"),
     ]
 
 
 @WITH_NODE
-def test_a_german_screen_shows_and_takes_a_decimal_comma(tmp_path):
+def test_german_screen_shows_and_accepts_a_decimal_comma(tmp_path):
     program = """
       import * as format from './format.mjs';
       const { fixed, shownNumber, typedNumber, useDecimalSign, withUncertainty } = format;
@@ -48,7 +48,7 @@ def test_a_german_screen_shows_and_takes_a_decimal_comma(tmp_path):
          shownNumber('1.5 to 2.25 kN, 3 A')],
       ]));
     """
-    assert _of(tmp_path, program) == [
+    assert _run_node(tmp_path, program) == [
         ["22,5 °C", "-0,25 N", "22.5 °C", "1,2,3", "a,5", "24"],
         ["22.5 °C", "-0.25 N", "22.5 °C", "1.2,3", "a,5", "24"],
         ["0,7268", "0,7268 ± 0,0087 N·m", "1,5 to 2,25 kN, 3 A"],
@@ -56,7 +56,7 @@ def test_a_german_screen_shows_and_takes_a_decimal_comma(tmp_path):
 
 
 @WITH_NODE
-def test_a_german_list_has_decimal_commas_in_its_columns_of_numbers_alone(tmp_path):
+def test_german_list_has_decimal_commas_only_in_number_columns(tmp_path):
     program = """
       import { typedList, useDecimalSign } from './format.mjs';
       const measured = new Set(['room', 'load']);
@@ -68,11 +68,11 @@ def test_a_german_list_has_decimal_commas_in_its_columns_of_numbers_alone(tmp_pa
         'B-6,5\\nB-7;22,5',
         '',
       ];
-      const english = lists.map((each) => typedList(each, measured));
+      const english = lists.map((list) => typedList(list, measured));
       useDecimalSign(',');
-      console.log(JSON.stringify([lists.map((each) => typedList(each, measured)), english, lists]));
+      console.log(JSON.stringify([lists.map((list) => typedList(list, measured)), english, lists]));
     """
-    german, english, lists = _of(tmp_path, program)
+    german, english, lists = _run_node(tmp_path, program)
     assert (
         german
         == [
@@ -85,13 +85,13 @@ def test_a_german_list_has_decimal_commas_in_its_columns_of_numbers_alone(tmp_pa
     assert [english[0], *english[2:]] == [lists[0], *lists[2:]]
 
 
-def _of(folder, program):
+def _run_node(folder, program):
     shutil.copy(FORMAT, folder / "format.mjs")
-    done = subprocess.run(
+    process = subprocess.run(
         ["node", "--input-type=module", "-e", program],
         cwd=folder, capture_output=True, text=True, check=True, timeout=60,
     )  # fmt: skip
-    return json.loads(done.stdout)
+    return json.loads(process.stdout)
 
 
 @WITH_NODE
@@ -106,10 +106,10 @@ def _of(folder, program):
         (5.25e-6, None, "0.00000525 A"),  # was 0.000
     ],
 )
-def test_a_value_and_its_uncertainty_have_two_digits_of_it(tmp_path, value, uncertainty, text):
+def test_value_is_rounded_to_two_digits_of_its_uncertainty(tmp_path, value, uncertainty, text):
     literal = "NaN" if uncertainty is None else repr(uncertainty)
     program = f"""
       import {{ withUncertainty }} from './format.mjs';
       console.log(JSON.stringify(withUncertainty({value!r}, {literal}, 'A')));
     """
-    assert _of(tmp_path, program) == text
+    assert _run_node(tmp_path, program) == text

@@ -1,4 +1,4 @@
-"""What a slow screen costs: nothing but its own old messages."""
+"""A slow screen loses only its own old messages."""
 
 from __future__ import annotations
 
@@ -12,15 +12,15 @@ from rigrunner_panel.web.panel import Panel, Settings
 
 
 class SlowSocket:
-    """Takes one message each time that it is told to."""
+    """Takes one message each time that the test releases it."""
 
     def __init__(self):
         self.ready = asyncio.Semaphore(0)
-        self.got = []
+        self.received = []
 
     async def send_text(self, text):
         await self.ready.acquire()
-        self.got.append(text)
+        self.received.append(text)
 
     send_bytes = send_text
 
@@ -51,7 +51,7 @@ async def working_screen(panel, messages):
     return socket, screen, work
 
 
-def test_a_screen_that_does_not_read_holds_few_messages_and_then_gets_the_whole_state(panel):
+def test_stalled_screen_queues_few_messages_then_gets_whole_state(panel):
     async def check():
         messages = [f"delta {n}" for n in range(10_000)]
         socket, screen, work = await working_screen(panel, messages)
@@ -61,7 +61,7 @@ def test_a_screen_that_does_not_read_holds_few_messages_and_then_gets_the_whole_
         screen.enqueue("after")
         await read(socket, 3)
         work.cancel()
-        return socket.got
+        return socket.received
 
     got = asyncio.run(check())
     kinds = [json.loads(message)["type"] if message[0] == "{" else message for message in got]
@@ -69,13 +69,13 @@ def test_a_screen_that_does_not_read_holds_few_messages_and_then_gets_the_whole_
     assert json.loads(got[2])["state"]["phase"] == "running"
 
 
-def test_a_screen_that_keeps_up_gets_every_message_in_order(panel):
+def test_screen_that_keeps_up_gets_every_message_in_order(panel):
     async def check():
         messages = [f"delta {n}" for n in range(MOST_WAITING)]
         socket, _, work = await working_screen(panel, messages)
         await read(socket, MOST_WAITING + 2)
         work.cancel()
-        return socket.got
+        return socket.received
 
     got = asyncio.run(check())
     assert json.loads(got[0])["type"] == "state"
@@ -83,8 +83,8 @@ def test_a_screen_that_keeps_up_gets_every_message_in_order(panel):
 
 
 @pytest.mark.parametrize("turns", range(6))
-def test_it_ends_though_something_changes_in_the_moment_in_which_it_is_to_end(panel, turns):
-    """A cancellation that was lost left the server waiting for it for ever when it was closed."""
+def test_hub_ends_despite_a_change_during_cancellation(panel, turns):
+    """A lost cancellation left the server waiting for ever when it was closed."""
 
     async def check():
         work = asyncio.create_task(Hub(panel).run())

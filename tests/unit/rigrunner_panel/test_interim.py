@@ -1,4 +1,4 @@
-"""The analysis of a run in progress is the stored one: its last value is the run's own."""
+"""The interim analysis of a run in progress: its last value is the final one."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ from rigrunner_panel.view.sections import LiveView
 
 
 class Onlooker:
-    """Analyses a run so far, inside the run: after each recording."""
+    """Analyses the run so far, after each recording."""
 
     def __init__(self, runs, partners):
         self.runs, self.partners = runs, partners
@@ -46,7 +46,7 @@ class Onlooker:
 
 @pytest.fixture(scope="module")
 def watched(tmp_path_factory):
-    """Run both procedures, the second one watched; return the onlooker and the finished run."""
+    """Run both procedures, the second with an onlooker; return it and the finished run."""
     folder = tmp_path_factory.mktemp("so_far")
     runs = folder / "runs"
     no_load = run(quick_procedure(folder, "no_load_inertia_sweep"), runs)
@@ -57,7 +57,7 @@ def watched(tmp_path_factory):
 
 
 @pytest.mark.thorough
-def test_the_last_live_value_is_the_final_one_to_the_last_bit(watched):
+def test_last_live_value_equals_the_final_one(watched):
     onlooker, finished = watched
     last = live_view(onlooker.after[-1], final=True)
     final = live_view(finished.result, final=True)
@@ -78,7 +78,7 @@ def test_each_recording_adds_a_result(watched):
 
 
 @pytest.mark.thorough
-def test_a_watched_stretch_is_analysed_in_place_of_the_recordings(watched):
+def test_watched_channels_are_analysed_in_place_of_the_recordings(watched):
     onlooker, finished = watched
     folder = finished.folder
     stretch = read(folder).recordings[2]
@@ -89,10 +89,10 @@ def test_a_watched_stretch_is_analysed_in_place_of_the_recordings(watched):
     assert row.value == pytest.approx(expected.torque.value, abs=1e-3)
 
 
-def test_an_uncertainty_that_the_data_do_not_tell_is_none_here_and_in_the_history(
+def test_unknown_uncertainty_is_none_in_result_and_history(
     tmp_path,
 ):
-    """Of the paper's tables there is one value for each set-point, and no scatter."""
+    """The tables of the paper have one value for each set-point, and no scatter."""
     finished = run(
         find_procedure("paper_reproduction"), tmp_path / "runs", station=find_station("paper")
     )
@@ -104,12 +104,12 @@ def test_an_uncertainty_that_the_data_do_not_tell_is_none_here_and_in_the_histor
     assert item.headline == view.headline
 
 
-def test_named_results_are_there_with_their_limits_while_the_run_goes_on(tmp_path):
-    """Of a supply whose values are written down: no torque, no recording, no swing."""
+def test_named_results_are_shown_with_limits_during_the_run(tmp_path):
+    """The run has manual readings of a power supply: no torque and no recordings."""
     procedure, station = written(tmp_path)
     runs = tmp_path / "runs"
-    done = call("run", procedure, "--station", station, "--unattended", "--runs", runs)
-    assert done.code == 0, done.err
+    outcome = call("run", procedure, "--station", station, "--unattended", "--runs", runs)
+    assert outcome.code == 0, outcome.err
     result, acceptance = interim_result(runs / run_names(runs)[0], load_registry(), {})
     view = live_view(result, final=False, acceptance=acceptance)
     assert view.verdict == ""
@@ -130,27 +130,27 @@ def test_named_results_are_there_with_their_limits_while_the_run_goes_on(tmp_pat
     assert (item.headline, item.result) == (None, "regulation: 44.0 ± 3.1 mV")
 
 
-def test_live_views_do_not_wait_for_the_analysis_of_finished_recordings(monkeypatch, tmp_path):
-    goes_on, messages, runs = threading.Event(), queue.Queue(), tmp_path / "runs"
-    here = analyst.Analyst(messages.put)
+def test_live_curves_do_not_wait_for_analysis_of_recordings(monkeypatch, tmp_path):
+    proceed, messages, runs = threading.Event(), queue.Queue(), tmp_path / "runs"
+    live_analyst = analyst.Analyst(messages.put)
 
     def slow(*_):
         if threading.current_thread() is not threading.main_thread():
-            goes_on.wait()
+            proceed.wait()
 
     def listen(event):
         if isinstance(event, RunStarted):
-            here.take(Follow(runs / event.run_id, find_station("simulated")))
-        here.take(event)
+            live_analyst.take(Follow(runs / event.run_id, find_station("simulated")))
+        live_analyst.take(event)
         if isinstance(event, StepEnded) and event.recording.startswith("001"):
-            here.take(Analyse(None))
+            live_analyst.take(Analyse(None))
 
     monkeypatch.setattr(analyst, "interim_result", slow)
     run(quick_procedure(tmp_path, "no_load_inertia_sweep"), runs, listeners=[listen])
     curves = {message.recording for message in messages.queue if isinstance(message, Drawn)}
     assert len(curves) == 5
     assert not [message for message in messages.queue if isinstance(message, Analysed)]
-    goes_on.set()
+    proceed.set()
     answers = iter(lambda: messages.get(timeout=60), None)
     assert next(message for message in answers if isinstance(message, Analysed))
 
@@ -171,8 +171,8 @@ analyst.main()
 """
 
 
-def test_the_process_ends_with_the_run_though_a_thread_is_in_hdf5(quick, tmp_path):
-    """The interpreter's end waits for the lock of HDF5, which such a thread never releases."""
+def test_process_exits_while_a_thread_holds_the_hdf5_lock(quick, tmp_path):
+    """At exit the interpreter waits for the lock of HDF5, which this thread never releases."""
     begun = tmp_path / "begun"
     command = [sys.executable, "-c", IN_HDF5, str(begun)]
     messages = (Follow(quick.loaded, find_station("simulated")), Analyse())

@@ -1,4 +1,4 @@
-"""The manual page: what it shows of the rig is where that stands."""
+"""The manual page shows where the drives really are."""
 
 from __future__ import annotations
 
@@ -24,14 +24,14 @@ from rigrunner_panel.process.watched import WatchedChannels
 from unit.engine.helpers_pausing import Person
 
 
-def done_by_hand(device, *wishes):
-    """Return how the session ended, and what its page showed after each wish."""
-    clock, messages, left = SimulatedClock(), [], [*wishes, CloseManual("me")]
+def run_session(device, *requests):
+    """Return the summary of a session, and its page after each request."""
+    clock, messages, pending = SimulatedClock(), [], [*requests, CloseManual("me")]
     planned = plan_run(
         find_procedure("starting_torque_1000n"), find_station("simulated"), load_registry(), clock
     )
     planned = replace(planned, plan=Plan(()), devices={"tester": device})
-    commands = SimpleNamespace(by_hand=lambda: left.pop(0), has_by_hand=lambda: bool(left))
+    commands = SimpleNamespace(by_hand=lambda: pending.pop(0), has_by_hand=lambda: bool(pending))
     link = Link(commands, SimpleNamespace(send=messages.append), Switch())
     hand = Hand(planned, record("by hand"), link, WatchedChannels(messages.append, planned.devices))
     rig = Rig({"tester": device}, clock)
@@ -44,26 +44,26 @@ def done_by_hand(device, *wishes):
     return summary, [show.sections["manual"] for show in shows]
 
 
-def standing(views, drive="tester.frequency"):
+def set_points(views, drive="tester.frequency"):
     return [{row.name: row.set for row in view.drives}[drive] for view in views]
 
 
-def test_it_shows_where_a_drive_was_set():
-    summary, shown = done_by_hand(FakeTester(), SetDrive("tester.frequency", 5.0, "me"))
+def test_page_shows_the_set_point_of_a_drive():
+    summary, shown = run_session(FakeTester(), SetDrive("tester.frequency", 5.0, "me"))
     assert summary.outcome is Outcome.COMPLETED
-    assert standing(shown) == [3.0, 5.0]
+    assert set_points(shown) == [3.0, 5.0]
 
 
-def test_a_drive_that_moved_though_its_set_failed_is_shown_where_it_stands():
+def test_page_shows_position_of_drive_whose_set_failed():
     device = FakeTester(read_back_offset=2.0)
-    summary, shown = done_by_hand(device, SetDrive("tester.frequency", 20.0, "me"))
+    summary, shown = run_session(device, SetDrive("tester.frequency", 20.0, "me"))
     assert summary.passed_over
-    assert standing(shown) == [5.0, 22.0]
+    assert set_points(shown) == [5.0, 22.0]
 
 
-def test_it_says_how_many_points_were_recorded():
-    wishes = (SetDrive("tester.frequency", 5.0, "me"), RecordPoint(5, "me"), RecordPoint(5, "me"))
-    summary, shown = done_by_hand(FakeTester(), *wishes)
+def test_page_counts_recorded_points():
+    requests = (SetDrive("tester.frequency", 5.0, "me"), RecordPoint(5, "me"), RecordPoint(5, "me"))
+    summary, shown = run_session(FakeTester(), *requests)
     assert summary.outcome is Outcome.COMPLETED
     state = [(view.recording, view.points, view.last) for view in shown]
     first, second = "001_5Hz", "002_5Hz"

@@ -1,4 +1,4 @@
-"""The description of the API: it has every route, every message, and all that the screen asks."""
+"""The description of the API: every route, every message, and every request of the screen."""
 
 from __future__ import annotations
 
@@ -56,7 +56,7 @@ def description(client):
     return client.get("/api/v1/openapi.json").json()
 
 
-def test_every_route_is_described_once_under_one_version_and_no_reference_hangs(app, description):
+def test_every_route_is_described_once_without_dangling_references(app, description):
     assert description["openapi"] == "3.1.0"
     served = {
         (method, route.path)
@@ -82,24 +82,24 @@ def test_every_route_is_described_once_under_one_version_and_no_reference_hangs(
     }
 
 
-def test_it_is_valid_by_its_own_schemas(description, client):
+def test_schemas_match_the_state_and_forbid_extra_fields(description, client):
     schemas = description["components"]["schemas"]
     assert set(schemas["State"]["required"]) == set(client.get("/api/v1/state").json())
     assert schemas["StartRun"]["additionalProperties"] is False
 
 
-def test_each_message_of_the_socket_is_one_that_is_described(description, client, panel):
+def test_every_socket_message_is_described(description, client, panel):
     schemas = description["components"]["schemas"]
-    texts = {one["properties"]["type"]["const"]: one for one in schemas["Message"]["oneOf"]}
+    by_type = {item["properties"]["type"]["const"]: item for item in schemas["Message"]["oneOf"]}
     job = JobView(kind="run", procedure="p", station="s")
     story = Story(panel.rig("simulated").board, job, panel)
     kinds = set()
     with client.websocket_connect(EVENTS) as socket:
         story.take(Show({"plan": PlanView(estimated_s=1.0, steps=())}))
         story.take(Note(seq=0, monotonic_s=0, utc="", step="main[0]", text="a note"))
-        while kinds != set(texts):
+        while kinds != set(by_type):
             message = socket.receive_json()
-            described = texts[message["type"]]
+            described = by_type[message["type"]]
             assert set(message) == set(described["required"])
             if message["type"] == "delta":
                 changes = described["properties"]["changes"]
@@ -107,7 +107,7 @@ def test_each_message_of_the_socket_is_one_that_is_described(description, client
             kinds.add(message["type"])
 
 
-def test_each_binary_frame_has_a_header_that_is_described(description):
+def test_every_frame_header_is_described(description):
     schemas = description["components"]["schemas"]
     headers = {
         header["properties"]["kind"]["const"]: header for header in schemas["FrameHeader"]["oneOf"]
@@ -128,13 +128,13 @@ def test_each_binary_frame_has_a_header_that_is_described(description):
 
 @pytest.mark.parametrize("method", ["GET", "POST", "DELETE"])
 @pytest.mark.parametrize("path", ["/api/rigs", "/api/stop", "/api/v2/rigs", "/api/v1/rig"])
-def test_a_path_without_the_version_says_where_the_api_is(client, method, path):
+def test_path_without_version_gets_a_hint(client, method, path):
     answer = client.request(method, path, json={})
     assert (answer.status_code, answer.json()["code"]) == (404, "not_found")
     assert "/api/v1/openapi.json" in answer.json()["hint"]
 
 
-def test_a_wrong_method_says_the_right_one(client):
+def test_wrong_method_names_the_right_one(client):
     answer = client.get("/api/v1/stop")
     assert (answer.status_code, answer.headers["allow"]) == (405, "POST")
     assert answer.json()["message"] == "got GET, expected POST"
@@ -143,14 +143,14 @@ def test_a_wrong_method_says_the_right_one(client):
 @pytest.mark.parametrize(
     "path", ["/api/events?client=client-ann", "/", "/api/v1/state", "/js/main.js"]
 )
-def test_a_socket_elsewhere_is_closed_and_says_where_it_is(client, path):
+def test_socket_at_another_path_is_closed_with_a_hint(client, path):
     refused = pytest.raises(WebSocketDisconnect)
     with refused as closed, client.websocket_connect(f"ws://127.0.0.1:8750{path}"):
         pass
     assert (closed.value.code, closed.value.reason) == (4404, "the WebSocket is at /api/v1/events")
 
 
-def test_the_page_on_the_api_names_every_request_and_section():
+def test_api_page_lists_every_request_and_section():
     page = (ROOT / "docs/reference/panel-api.md").read_text(encoding="utf-8")
     requests = (ROOT / "docs/reference/panel-requests.md").read_text(encoding="utf-8")
     for operation in OPERATIONS:
@@ -159,7 +159,7 @@ def test_the_page_on_the_api_names_every_request_and_section():
         assert f"| `{section}` |" in page
     named = re.findall(r"`(?:GET|POST) (/api/[^`?]+)`", page)
     others = {"/api/v1/openapi.json"}
-    assert set(named) - others <= {each.path for each in OPERATIONS}
+    assert set(named) - others <= {operation.path for operation in OPERATIONS}
     rows = re.findall(r"^\| `(\w+)`", page, re.MULTILINE)
     assert set(get_args(Phase)) <= set(rows)
 
@@ -172,39 +172,39 @@ _TEXT = re.compile(r"\"([^\"\n]*)\"|`([^`]*)`")
 _VALUE = re.compile(r"const (\w+) = `([^`]*)`")
 
 
-def _routes(module, text):
-    """Return what a path in a script may be as a route: each unknown part of it is '*'."""
+def _as_route(module, text):
+    """Return a path in a script as a route, with '*' for each unknown part."""
     values = dict(_VALUE.findall(module))
     while named := re.search(r"\$\{(\w+)\}", text):
         text = text.replace(named[0], values.get(named[1], "*"))
     return re.sub(r"\$\{[^}]*\}", "*", text)
 
 
-def _is_one(path, method=None):
+def _is_known(path, method=None):
     pattern = "".join("[^/]+" if part == "*" else re.escape(part) for part in path)
     operations = [operation for operation in OPERATIONS if method in (None, operation.method)]
     return any(re.fullmatch(f"/api/v1/{pattern}", operation.path) for operation in operations)
 
 
-def test_whatever_the_screen_asks_is_a_request_of_the_description():
+def test_screen_sends_only_described_requests():
     """The screen has no other way to ask: its requests go through two functions and one socket."""
     firsts = {operation.path.split("/")[3] for operation in OPERATIONS}
     requested = set()
     for script in SCRIPTS:
         module = script.read_text(encoding="utf-8")
-        beyond = re.findall(r"\b(fetch|WebSocket|XMLHttpRequest|EventSource|sendBeacon)\(", module)
-        mine = {"client.js": ["fetch"] * 2, "texts.js": ["fetch"], "link.js": ["WebSocket"]}
-        assert beyond == mine.get(script.name, []), script
+        calls = re.findall(r"\b(fetch|WebSocket|XMLHttpRequest|EventSource|sendBeacon)\(", module)
+        expected = {"client.js": ["fetch"] * 2, "texts.js": ["fetch"], "link.js": ["WebSocket"]}
+        assert calls == expected.get(script.name, []), script
         for function, argument in _CALL.findall(module):
             if argument[0] in '"`':
-                path = _routes(module, argument[1:-1])
-                assert _is_one(path, METHODS[function]), f"{script.name}: {function}({argument})"
+                path = _as_route(module, argument[1:-1])
+                assert _is_known(path, METHODS[function]), f"{script.name}: {function}({argument})"
                 requested.add(path)
-            elif script.name != "steer.js":  # a variable: then every text that may be a path is one
-                begun = {text for _, text in _VALUE.findall(module)}
+            elif script.name != "steer.js":  # a variable: check every text that may be a path
+                prefixes = {text for _, text in _VALUE.findall(module)}
                 texts = ("".join(match) for match in _TEXT.findall(module))
-                routes = [_routes(module, text) for text in texts if text not in begun]
+                routes = [_as_route(module, text) for text in texts if text not in prefixes]
                 paths = [path for path in routes if path.split("/")[0] in firsts and "/" in path]
-                assert all(map(_is_one, paths)), f"{script.name}: {paths}"
+                assert all(map(_is_known, paths)), f"{script.name}: {paths}"
                 requested |= set(paths)
     assert {"stop", "queue/hold", "run/repeat", "runs/*/certificates/*/sign", "*s"} <= requested

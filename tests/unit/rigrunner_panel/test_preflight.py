@@ -1,4 +1,4 @@
-"""What a preflight finds, and that it leaves every device safe and closed."""
+"""The items of a preflight, which leaves every device safe and closed."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ def load_lock(maximum, **more):
     )  # fmt: skip
 
 
-def test_a_good_rig_is_green_and_left_safe_and_closed(shipped):
+def test_good_rig_passes_and_is_left_safe_and_closed(shipped):
     device = FakeTester()
     items = list(items_of(shipped, device, load_lock(2000.0)))
     kinds = [(item.kind, item.name, item.state) for item in items]
@@ -52,7 +52,7 @@ def test_a_good_rig_is_green_and_left_safe_and_closed(shipped):
 
 
 @pytest.mark.parametrize("overridable", [True, False])
-def test_a_tripped_interlock_is_red_with_what_it_would_do(shipped, overridable):
+def test_tripped_interlock_fails_and_names_its_effect(shipped, overridable):
     lock = load_lock(500.0, does="make_safe", overridable=overridable)
     (item,) = [item for item in items_of(shipped, FakeTester(), lock) if item.kind == "interlock"]
     assert item.state == "fail"
@@ -61,7 +61,7 @@ def test_a_tripped_interlock_is_red_with_what_it_would_do(shipped, overridable):
     assert item.override == ("interlock load" if overridable else "")
 
 
-def test_a_zero_that_is_off_is_red_and_says_how_far(shipped):
+def test_zero_offset_fails_with_its_value(shipped):
     def off(blocks):
         return [replace(b, channels={"torque": b.channels["torque"] + 0.2}) for b in blocks]
 
@@ -72,7 +72,7 @@ def test_a_zero_that_is_off_is_red_and_says_how_far(shipped):
 
 
 @pytest.mark.parametrize("call", ["connect", "stream", "read load"])
-def test_a_device_that_fails_is_red_and_still_made_safe(shipped, call):
+def test_failing_device_is_reported_and_made_safe(shipped, call):
     def fails(command):
         if command == call:
             raise DeviceTimeoutError("no answer", hint="look at its cable")
@@ -86,7 +86,7 @@ def test_a_device_that_fails_is_red_and_still_made_safe(shipped, call):
     assert device.calls[-1] == "close"
 
 
-def test_a_preflight_that_is_interrupted_leaves_the_rig_safe_too(shipped):
+def test_interrupted_preflight_leaves_the_rig_safe(shipped):
     device = FakeTester()
     items = items_of(shipped, device)
     next(items)
@@ -94,7 +94,7 @@ def test_a_preflight_that_is_interrupted_leaves_the_rig_safe_too(shipped):
     assert device.calls[-2:] == ["make_safe", "close"]
 
 
-def test_the_disk_is_looked_at(shipped, monkeypatch, tmp_path):
+def test_free_disk_space_is_checked(shipped, monkeypatch, tmp_path):
     for free, state, override in ((1, "fail", "disk"), (2e8, "warn", ""), (1e12, "ok", "")):
         monkeypatch.setattr(preflight.shutil, "disk_usage", lambda _, b=free: Usage(0, 0, b))
         item = preflight._disk(shipped, tmp_path / "not" / "there" / "yet")
@@ -102,7 +102,7 @@ def test_the_disk_is_looked_at(shipped, monkeypatch, tmp_path):
         assert bool(item.fix) == (state != "ok")
 
 
-def test_a_calibration_that_is_soon_due_is_yellow(tmp_path):
+def test_calibration_due_soon_is_a_warning(tmp_path):
     text = find_station("simulated").read_text(encoding="utf-8")
     today = planned_run(find_procedure("no_load_inertia_sweep"), find_station("simulated")).clock
     soon = today.utc().date().isoformat()

@@ -1,4 +1,4 @@
-"""Procedures as text at the panel: opened, checked, compared, saved and approved, and refused."""
+"""Procedures as text at the panel: opened, checked, compared, saved, approved and refused."""
 
 from __future__ import annotations
 
@@ -48,7 +48,7 @@ def client(panel):
         yield client
 
 
-def opened(client, name=NAME):
+def open_text(client, name=NAME):
     return client.get("/api/v1/procedures/text", params={"name": name})
 
 
@@ -56,35 +56,35 @@ def post(client, what, **body):
     return client.post(f"/api/v1/procedures/{what}", json={"procedure": NAME, **body})
 
 
-def save(client, text, digest, who="Ann", **more):
-    return post(client, "save", text=text, digest=digest, by=who, **more)
+def save(client, text, digest, author="Ann", **more):
+    return post(client, "save", text=text, digest=digest, by=author, **more)
 
 
 def sha256(path):
     return hashlib.sha256(path.read_bytes()).hexdigest()
 
 
-def test_a_text_comes_with_the_digest_of_its_file(client, lab):
-    procedure = opened(client).json()
+def test_text_has_the_digest_of_its_file(client, lab):
+    procedure = open_text(client).json()
     assert (procedure["text"], procedure["digest"]) == (TEXT, sha256(lab / NAME))
     assert (procedure["shipped"], procedure["changed_by"]) == (False, "")
     assert procedure["state"] == "draft"
-    assert opened(client, SHIPPED).json()["shipped"]
+    assert open_text(client, SHIPPED).json()["shipped"]
 
 
-def test_what_is_saved_stands_in_the_file_and_who_saved_it_is_known(client, lab):
+def test_save_writes_the_file_and_records_its_author(client, lab):
     (lab / NAME).chmod(0o640)
     changed = TEXT + "# ü\n"
-    answer = save(client, changed, opened(client).json()["digest"])
+    answer = save(client, changed, open_text(client).json()["digest"])
     assert (lab / NAME).read_text(encoding="utf-8") == changed
     assert answer.json()["digest"] == sha256(lab / NAME)
     assert (lab / NAME).stat().st_mode & 0o777 == 0o640
-    assert opened(client).json()["changed_by"] == "Ann"
+    assert open_text(client).json()["changed_by"] == "Ann"
     assert [path.name for path in (lab / "procedures").iterdir()] == ["sweep.yaml"]
 
 
-def test_a_file_that_was_changed_since_is_not_replaced(client, lab):
-    digest = opened(client).json()["digest"]
+def test_file_changed_meanwhile_is_not_overwritten(client, lab):
+    digest = open_text(client).json()["digest"]
     assert save(client, TEXT + "# Bob\n", digest, "Bob").status_code == 200
     answer = save(client, TEXT + "# Ann\n", digest)
     assert (answer.status_code, answer.json()["code"]) == (409, "changed")
@@ -95,8 +95,8 @@ def test_a_file_that_was_changed_since_is_not_replaced(client, lab):
     assert (lab / NAME).read_text(encoding="utf-8") == TEXT + "# vi\n"
 
 
-def test_of_two_who_save_at_once_one_is_refused(client):
-    digest = opened(client).json()["digest"]
+def test_only_one_of_concurrent_saves_succeeds(client):
+    digest = open_text(client).json()["digest"]
     begin, codes = threading.Barrier(8), []
 
     def write(number):
@@ -117,20 +117,20 @@ def test_of_two_who_save_at_once_one_is_refused(client):
      "x\0.yaml", "procedures/.x.yaml", "C:x.yaml", "..\\x.yaml", "nul.yaml",
      "procedures/Con.x.yaml", SHIPPED, "x" * 150 + ".yaml"],
 )  # fmt: skip
-def test_no_other_name_is_written(client, lab, name):
+def test_invalid_file_name_is_refused(client, lab, name):
     answer = save(client, TEXT, "", procedure=name)
     assert (answer.status_code, answer.json()["code"]) == (422, "invalid")
-    assert opened(client, name).status_code == (200 if name == SHIPPED else 404)
+    assert open_text(client, name).status_code == (200 if name == SHIPPED else 404)
     assert sorted(path.name for path in lab.parent.rglob("*.y*ml")) == ["sweep.yaml"]
 
 
-def test_what_a_link_leads_to_outside_is_neither_read_nor_written(client, lab, tmp_path):
+def test_links_out_of_the_lab_are_neither_read_nor_written(client, lab, tmp_path):
     outside = tmp_path / "outside.yaml"
     outside.write_text(TEXT, encoding="utf-8")
     (lab / "link.yaml").symlink_to(outside)
     (lab / "stations").symlink_to(tmp_path)
     for name in ("link.yaml", "stations/outside.yaml"):
-        answer = opened(client, name)
+        answer = open_text(client, name)
         assert answer.status_code == 422, name
         assert "is outside the lab's folder" in answer.json()["message"]
         answer = save(client, TEXT + "#\n", sha256(outside), procedure=name)
@@ -144,8 +144,8 @@ def test_what_a_link_leads_to_outside_is_neither_read_nor_written(client, lab, t
     assert (lab / NAME).read_text(encoding="utf-8") == TEXT + "#\n"
 
 
-def test_what_is_no_text_of_a_procedure_is_refused(client, lab):
-    digest = opened(client).json()["digest"]
+def test_text_that_is_no_procedure_is_refused(client, lab):
+    digest = open_text(client).json()["digest"]
     answer = save(client, "rigrunner: station/1\n", digest)
     assert "is not marked as a procedure" in answer.json()["message"]
     long = TEXT + "#" + "ü" * (MAX_BYTES // 2)
@@ -157,35 +157,35 @@ def test_what_is_no_text_of_a_procedure_is_refused(client, lab):
     answer = save(client, TEXT, "", procedure="station.yaml")
     assert (answer.status_code, answer.json()["code"]) == (409, "wrong_state")
     (lab / NAME).write_bytes(TEXT.encode() + b"# \xff\n")
-    assert (opened(client).status_code, opened(client).json()["code"]) == (422, "invalid")
-    assert "UTF-8" in opened(client).json()["problems"][0]["message"]
+    assert (open_text(client).status_code, open_text(client).json()["code"]) == (422, "invalid")
+    assert "UTF-8" in open_text(client).json()["problems"][0]["message"]
 
 
 @pytest.mark.parametrize("quote", ['"', "'"])
-def test_a_station_that_quotes_the_mark_of_a_procedure_is_not_saved(client, lab, quote):
-    # YAML lets a quoted text go on at the beginning of a line
+def test_station_with_quoted_procedure_mark_is_not_saved(client, lab, quote):
+    # in YAML a quoted text may continue at the beginning of a line
     text = f"rigrunner: station/1\nid: evil\ntitle: {quote}x\nrigrunner: procedure/2\n{quote}\n"
     answer = save(client, text, "", procedure="evil.yaml")
     assert (answer.status_code, answer.json()["code"]) == (422, "invalid")
     assert not (lab / "evil.yaml").exists()
 
 
-def test_a_link_that_waits_for_a_save_or_an_approval_is_not_followed(client, lab, tmp_path):
+def test_link_at_a_temporary_file_is_not_followed(client, lab, tmp_path):
     outside = tmp_path / "outside.txt"
     outside.write_text("mine", encoding="utf-8")
     (lab / "procedures/.sweep.yaml.part").symlink_to(outside)
-    digest = opened(client).json()["digest"]
+    digest = open_text(client).json()["digest"]
     assert save(client, TEXT + "# more\n", digest).status_code == 200
     file = approval_file(lab / NAME)
     file.with_name(f".{file.name}.part").symlink_to(outside)
-    sha256_seen = opened(client).json()["sha256"]
+    sha256_seen = open_text(client).json()["sha256"]
     assert post(client, "approve", sha256=sha256_seen, by="Ann").status_code == 200
-    assert opened(client).json()["state"] == "approved"
+    assert open_text(client).json()["state"] == "approved"
     assert outside.read_text(encoding="utf-8") == "mine"
 
 
 @pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="no named pipes on Windows")
-def test_a_pipe_in_the_folder_holds_nobody_up(client, lab):
+def test_named_pipe_in_the_folder_does_not_block(client, lab):
     os.mkfifo(lab / "pipe.yaml")
     answers = []
     ask = threading.Thread(
@@ -196,16 +196,16 @@ def test_a_pipe_in_the_folder_holds_nobody_up(client, lab):
     assert [answer.status_code for answer in answers] == [200]
 
 
-def test_lone_surrogates_do_not_end_in_a_bug(client):
-    digest = opened(client).json()["digest"]
+def test_lone_surrogates_are_refused(client):
+    digest = open_text(client).json()["digest"]
     body = '{"procedure": "a.yaml", "text": "rigrunner: procedure/2\\n# \\ud800", "by": "A"}'
     headers = {**ANN, "Content-Type": "application/json"}
     answer = client.post("/api/v1/procedures/save", content=body, headers=headers)
     assert answer.status_code == 400
-    assert opened(client).json()["digest"] == digest
+    assert open_text(client).json()["digest"] == digest
 
 
-def test_a_check_finds_what_rigrunner_check_finds_at_its_line(client, lab):
+def test_check_reports_the_same_problems_as_the_command(client, lab):
     (lab / NAME).write_text(WRONG, encoding="utf-8")
     printed = call("check", lab / NAME).err
     check = post(client, "check", text=WRONG).json()
@@ -216,7 +216,7 @@ def test_a_check_finds_what_rigrunner_check_finds_at_its_line(client, lab):
         assert problem["message"] in printed
 
 
-def test_a_text_is_checked_and_planned_before_it_is_saved(client, lab):
+def test_unsaved_text_is_checked_and_planned(client, lab):
     fast = TEXT.replace("cycles: 30", "cycles: 20")
     assert post(client, "check", text=fast, station="simulated").json()["ok"]
     plan = client.post(
@@ -236,7 +236,7 @@ def test_a_text_is_checked_and_planned_before_it_is_saved(client, lab):
 
 
 @pytest.mark.thorough
-def test_changes_are_told_against_the_last_run_and_then_against_the_approved_one(client, lab):
+def test_text_is_compared_with_the_last_or_the_approved_run(client, lab):
     nothing = post(client, "compare", text=TEXT).json()
     assert (nothing["run"], nothing["changes"]) == ("", [])
     words = ("run", lab / NAME, "--station", "simulated", "--runs", lab / "runs", "--unattended")
@@ -262,25 +262,25 @@ def test_changes_are_told_against_the_last_run_and_then_against_the_approved_one
     assert (mine["against"], mine["same"]) == ("file", False)
 
 
-def test_what_was_seen_is_approved_and_nothing_else(client, lab):
-    procedure = opened(client).json()
+def test_only_the_text_that_was_opened_is_approved(client, lab):
+    procedure = open_text(client).json()
     (lab / NAME).write_text(TEXT + "# later\n", encoding="utf-8")
     answer = post(client, "approve", sha256=procedure["sha256"], by="Cora")
     assert (answer.status_code, answer.json()["code"]) == (409, "changed")
-    assert opened(client).json()["state"] == "draft"
-    procedure = opened(client).json()
+    assert open_text(client).json()["state"] == "draft"
+    procedure = open_text(client).json()
     assert post(client, "approve", sha256=procedure["sha256"], by="Cora").status_code == 200
-    assert "approved by Cora" in opened(client).json()["approval"]
+    assert "approved by Cora" in open_text(client).json()["approval"]
     assert "approved by Cora" in call("approve", lab / NAME, "--show").out
 
 
-def test_a_shipped_procedure_is_not_approved(client):
-    procedure = opened(client, SHIPPED).json()
+def test_shipped_procedure_cannot_be_approved(client):
+    procedure = open_text(client, SHIPPED).json()
     answer = post(client, "approve", procedure=SHIPPED, sha256=procedure["sha256"], by="Cora")
     assert answer.status_code == 422
 
 
-def test_two_who_edit_one_file_know_of_each_other(client, panel, lab):
+def test_editors_of_one_file_see_each_other(client, panel, lab):
     assert post(client, "edit", by="").status_code == 200
     client.post("/api/v1/procedures/edit", json={"procedure": NAME, "by": "Bob"}, headers=BOB)
     (edited,) = panel.rig("simulated").board.get("editing")
@@ -294,9 +294,8 @@ def test_two_who_edit_one_file_know_of_each_other(client, panel, lab):
     (edited,) = panel.rig("simulated").board.get("editing")
     assert (edited.digest, edited.changed_by) == (sha256(lab / NAME), "")
     assert edited.approved_utc == ""
-    assert (
-        post(client, "approve", sha256=opened(client).json()["sha256"], by="C").status_code == 200
-    )
+    sha256_seen = open_text(client).json()["sha256"]
+    assert post(client, "approve", sha256=sha256_seen, by="C").status_code == 200
     panel.tick()
     (edited,) = panel.rig("simulated").board.get("editing")
     assert edited.approved_utc.startswith("20")
@@ -305,7 +304,7 @@ def test_two_who_edit_one_file_know_of_each_other(client, panel, lab):
     assert len(edited.editors) == 1
 
 
-def test_the_schema_is_that_of_the_command(client):
+def test_schema_of_procedures_is_served(client):
     schema = client.get("/api/v1/procedures/schema").json()
     shipped = Path(__file__).parents[3] / "procedures/procedure.schema.json"
     assert schema.keys() >= {"$defs", "properties"}
@@ -313,8 +312,8 @@ def test_the_schema_is_that_of_the_command(client):
     assert "settle" in schema["$defs"]["Step"]["properties"]
 
 
-def test_a_file_that_is_gone_can_be_made_again(client, lab):
-    digest = opened(client).json()["digest"]
+def test_deleted_file_can_be_saved_again(client, lab):
+    digest = open_text(client).json()["digest"]
     (lab / NAME).unlink()
     assert save(client, TEXT, digest).status_code == 409
     assert save(client, TEXT, "").status_code == 200

@@ -1,4 +1,4 @@
-"""What passes between a panel and the process of its run: in order, and never in the run's way."""
+"""Messages between a panel and the process of its run: in order, and never blocking the run."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ from rigrunner_panel.process.messages import Abort, Answer, Decide, Pause, PutOn
 from rigrunner_panel.process.person import PanelAnswers, PanelPauses
 from rigrunner_panel.process.switch import Switch
 
-KNOWN = {"monotonic_s": 1.0, "utc": "2026-03-01T12:00:00.000Z"}
+STAMP = {"monotonic_s": 1.0, "utc": "2026-03-01T12:00:00.000Z"}
 BY, WHY = "Ann", "because"
 
 
@@ -71,7 +71,7 @@ def wait_for(condition):
         time.sleep(0.005)
 
 
-def test_messages_come_in_order_and_an_end_is_told(ends):
+def test_messages_arrive_in_order_and_a_closed_channel_raises(ends):
     for number in range(100):
         ends.panel.send(Answer(number, "x" * number, BY))
     assert [ends.run.receive().prompt for _ in range(100)] == list(range(100))
@@ -83,12 +83,12 @@ def test_messages_come_in_order_and_an_end_is_told(ends):
 
 
 @pytest.mark.parametrize("torn", [b"", b"\x80", b"\x80\x05\x95\x10", b"nonsense"])
-def test_a_torn_message_is_an_end(torn):
+def test_torn_message_closes_the_channel(torn):
     with pytest.raises(ChannelClosedError):
         Channel(io.BytesIO(torn), io.BytesIO()).receive()
 
 
-def test_when_the_panel_is_gone_the_run_is_aborted(ends):
+def test_loss_of_the_panel_aborts_the_run(ends):
     switch = Switch()
     Commands(ends.run, switch).start()
     ends.panel.close()
@@ -105,7 +105,7 @@ def confirm(commands, sent, switch=None):
     return answers.confirm("s", Confirm("Ready?", None)), answers.by
 
 
-def test_an_answer_is_waited_for_and_says_who_gave_it(ends, commands):
+def test_answer_is_awaited_and_names_its_author(ends, commands):
     sent = []
     ends.panel.send(Answer(99, "no", "an older prompt's"))
     ends.panel.send(Answer(1, "yes", BY))
@@ -117,7 +117,7 @@ def test_an_answer_is_waited_for_and_says_who_gave_it(ends, commands):
     assert hidden == Show({"prompt": None})
 
 
-def test_neither_a_stop_nor_a_pause_waits_for_an_answer(ends, commands):
+def test_stop_and_pause_interrupt_a_prompt(ends, commands):
     switch, sent = Switch(), []
     switch.abort(BY, WHY)
     with pytest.raises(AbortedError, match=WHY):
@@ -125,13 +125,13 @@ def test_neither_a_stop_nor_a_pause_waits_for_an_answer(ends, commands):
     ends.panel.send(Pause(BY))
     with pytest.raises(PauseRequestedError):
         confirm(commands, sent)
-    assert sent[-1] == Show({"prompt": None})  # the screen's question is gone, too
+    assert sent[-1] == Show({"prompt": None})  # the question has left the screen, too
 
 
 PAUSED = Paused("s", "p", "why", (), (Choice.RESUME, Choice.SKIP, Choice.ABORT))
 
 
-def test_a_second_click_does_not_end_the_next_pause(ends, commands):
+def test_second_click_does_not_end_the_next_pause(ends, commands):
     sent, looks = [], []
     pauses = PanelPauses(link_of(commands, sent))
     ends.panel.send(Pause(BY))
@@ -139,17 +139,17 @@ def test_a_second_click_does_not_end_the_next_pause(ends, commands):
     ends.panel.send(Decide(Decision(Choice.RESUME, BY)))
     ends.panel.send(Decide(Decision(Choice.RESUME, BY)))
     wait_for(lambda: commands._decisions.qsize() == 2)
-    decided = threading.Timer(0.3, lambda: ends.panel.send(Decide(Decision(Choice.SKIP, BY, WHY))))
-    decided.start()
+    skip = threading.Timer(0.3, lambda: ends.panel.send(Decide(Decision(Choice.SKIP, BY, WHY))))
+    skip.start()
     assert pauses.decide(PAUSED, lambda: looks.append(1)).choice is Choice.SKIP
-    (paused, went_on) = (message.sections for message in sent)
+    (paused, resumed) = (message.sections for message in sent)
     assert paused["pause"].choices == ("resume", "skip", "abort")
-    assert went_on == {"pause": None}
+    assert resumed == {"pause": None}
     assert (pauses.requested_by(), len(looks) > 1) == ("", True)
-    decided.join()
+    skip.join()
 
 
-def test_a_decision_that_came_with_the_pause_is_taken_at_once_if_it_can_be(ends, commands):
+def test_decision_sent_with_the_pause_is_taken_if_possible(ends, commands):
     pauses = PanelPauses(link_of(commands, []))
     ends.panel.send(Pause(BY, Decision(Choice.SKIP, BY, WHY)))
     wait_for(pauses.requested_by)
@@ -167,7 +167,7 @@ def test_a_decision_that_came_with_the_pause_is_taken_at_once_if_it_can_be(ends,
 
 @pytest.fixture
 def installed():
-    """A switch that takes the signals of this process."""
+    """Return a switch that handles the signals of this process."""
     former = {number: signal.getsignal(number) for number in (signal.SIGINT, *ENDING, *SUSPENDING)}
     switch = Switch()
     switch.install()
@@ -177,9 +177,9 @@ def installed():
 
 
 @pytest.mark.skipif(os.name == "nt", reason="a thread cannot be interrupted so there")
-def test_stop_breaks_off_whatever_the_main_thread_waits_for_once(ends, installed):
+def test_stop_interrupts_the_main_thread_once(ends, installed):
     Commands(ends.run, installed).start()
-    os.kill(os.getpid(), signal.SIGINT)  # of the terminal: not the panel's
+    os.kill(os.getpid(), signal.SIGINT)  # from the terminal, not from the panel
     began_s = time.monotonic()
     threading.Timer(0.1, lambda: ends.panel.send(Stop(BY, WHY))).start()
     with pytest.raises(StopNow) as stopped, installed.interruptible():
@@ -187,11 +187,11 @@ def test_stop_breaks_off_whatever_the_main_thread_waits_for_once(ends, installed
     assert time.monotonic() - began_s < 30
     assert (stopped.value.by, WHY in stopped.value.reason) == (BY, True)
     ends.panel.send(Stop(BY, "again"))
-    time.sleep(0.1)  # the rig is being made safe: a second stop must not break that off
+    time.sleep(0.1)  # the rig is being made safe: a second stop must not interrupt that
 
 
 @pytest.mark.skipif(os.name == "nt", reason="a thread cannot be interrupted so there")
-def test_a_stop_before_the_job_interrupts_nothing_until_the_job_begins(installed):
+def test_stop_before_the_job_interrupts_it_at_its_start(installed):
     installed.stop(BY, WHY)
     time.sleep(0.05)  # a signal that is still on its way
     done = []
@@ -202,7 +202,7 @@ def test_a_stop_before_the_job_interrupts_nothing_until_the_job_begins(installed
 
 
 @pytest.mark.skipif(os.name == "nt", reason="a thread cannot be interrupted so there")
-def test_a_second_stop_does_not_interrupt_what_follows_the_first_one(installed):
+def test_second_stop_does_not_interrupt(installed):
     def stopped():
         installed.stop(BY, WHY)
         time.sleep(60)
@@ -216,7 +216,7 @@ def test_a_second_stop_does_not_interrupt_what_follows_the_first_one(installed):
 
 
 @pytest.mark.skipif(os.name == "nt", reason="a thread cannot be interrupted so there")
-def test_a_stop_after_the_job_interrupts_nothing(installed):
+def test_stop_after_the_job_interrupts_nothing(installed):
     with installed.interruptible():
         pass
     installed.stop(BY, WHY)
@@ -224,30 +224,30 @@ def test_a_stop_after_the_job_interrupts_nothing(installed):
     assert installed.is_set()
 
 
-@pytest.mark.skipif(os.name == "nt", reason="signals as POSIX has them")
+@pytest.mark.skipif(os.name == "nt", reason="POSIX signals")
 @pytest.mark.parametrize("number", [*ENDING, *SUSPENDING], ids=signal_name)
-def test_every_signal_that_ends_or_suspends_a_program_aborts_the_run(installed, number):
+def test_every_ending_or_suspending_signal_aborts_the_run(installed, number):
     os.kill(os.getpid(), number)
     wait_for(installed.is_set)  # another thread may have taken the signal
     assert signal_name(number) in installed.reason().message
     assert installed.reason().by == "signal"
 
 
-def test_once_the_run_has_ended_a_stop_interrupts_nothing():
+def test_stop_after_the_end_of_the_run_interrupts_nothing():
     switch = Switch()
-    switch(RunEnded(seq=1, outcome=Outcome.COMPLETED, **KNOWN))
+    switch(RunEnded(seq=1, outcome=Outcome.COMPLETED, **STAMP))
     switch.stop(BY, WHY)
     assert switch.is_set()
 
 
-def test_while_the_rig_is_made_safe_a_stop_interrupts_nothing():
+def test_stop_does_not_interrupt_making_the_rig_safe():
     switch = Switch()
     switch.stop_interrupting()
     switch.stop(BY, WHY)
     assert switch.is_set()
 
 
-def test_an_abort_says_who_and_why_and_the_first_one_counts(ends):
+def test_first_abort_gives_author_and_reason(ends):
     switch = Switch()
     Commands(ends.run, switch).start()
     ends.panel.send(Abort(BY, WHY))
@@ -271,14 +271,14 @@ class StuckPipe:
         pass
 
 
-def test_a_panel_that_does_not_read_loses_curves_and_no_event_and_the_run_never_waits():
+def test_stuck_panel_loses_curves_but_no_events_and_never_blocks():
     pipe = StuckPipe()
     sender = Sender(Channel(io.BytesIO(), pipe))
     block = Block(1000.0, 0, 1.0, {"t.torque": np.zeros(1000)})
     began_s = time.monotonic()
     for number in range(1000):
-        sender(Samples(seq=number, recording="r", block=block, **KNOWN))
-        sender(Note(seq=number, step="s", text="t", **KNOWN))
+        sender(Samples(seq=number, recording="r", block=block, **STAMP))
+        sender(Note(seq=number, step="s", text="t", **STAMP))
     assert time.monotonic() - began_s < 10
     pipe.free.set()
     sender.close()
@@ -287,15 +287,15 @@ def test_a_panel_that_does_not_read_loses_curves_and_no_event_and_the_run_never_
     assert sum(size < 4000 for size in sizes) == 1000
 
 
-def test_of_a_quick_scan_a_panel_is_told_some_points_and_the_last(monkeypatch):
+def test_fast_scan_is_thinned_but_keeps_its_last_point(monkeypatch):
     now_s = iter(np.arange(0.0, 10.0, 0.001))
     monkeypatch.setattr("rigrunner_panel.process.link.monotonic", lambda: next(now_s))
     pipe = io.BytesIO()
     sender = Sender(Channel(io.BytesIO(), pipe))
     for point in range(1000):
         row = {"step": "s", "point": point, "measurement": "m", "setpoints": {}, "values": {}}
-        sender(Scanned(seq=point, **row, **KNOWN))
-    sender(Note(seq=1000, step="s", text="t", **KNOWN))
+        sender(Scanned(seq=point, **row, **STAMP))
+    sender(Note(seq=1000, step="s", text="t", **STAMP))
     sender.close()
     numbers, channel = [], Channel(io.BytesIO(pipe.getvalue()), io.BytesIO())
     with suppress(ChannelClosedError):
@@ -306,11 +306,11 @@ def test_of_a_quick_scan_a_panel_is_told_some_points_and_the_last(monkeypatch):
     assert len(numbers) == pytest.approx(1000 * 0.001 / 0.05 + 2, abs=1)
 
 
-def test_a_curve_is_what_was_recorded_in_half_the_bytes():
+def test_samples_are_sent_as_float32():
     pipe = io.BytesIO()
     sender = Sender(Channel(io.BytesIO(), pipe))
     values = np.linspace(-1, 1, 50)
-    sender(Samples(seq=1, recording="r", block=Block(1e3, 100, 1.0, {"t.a": values}), **KNOWN))
+    sender(Samples(seq=1, recording="r", block=Block(1e3, 100, 1.0, {"t.a": values}), **STAMP))
     sender.close()
     curve = Channel(io.BytesIO(pipe.getvalue()), io.BytesIO()).receive()
     assert isinstance(curve, Samples)
@@ -319,7 +319,7 @@ def test_a_curve_is_what_was_recorded_in_half_the_bytes():
     assert curve.block.channels["t.a"] == pytest.approx(values, abs=1e-7)
 
 
-def test_a_file_in_the_present_folder_is_not_taken_for_a_module(tmp_path, monkeypatch):
+def test_file_in_working_directory_does_not_shadow_a_module(tmp_path, monkeypatch):
     (tmp_path / "numpy.py").write_text("raise SystemExit(3)", encoding="utf-8")
     monkeypatch.chdir(tmp_path)
     assert Process(ANALYST).close() == 0

@@ -42,11 +42,11 @@ def post(client, path, status=200, headers=ANN, **body):
 
 
 def entries(client):
-    listed = client.get("/api/v1/queue").json()["entries"]
-    return [(entry["specimen"], entry["status"]) for entry in listed]
+    items = client.get("/api/v1/queue").json()["entries"]
+    return [(entry["specimen"], entry["status"]) for entry in items]
 
 
-def test_a_list_is_added_moved_held_released_and_skipped(client):
+def test_list_is_added_moved_held_released_and_skipped(client):
     assert post(client, "add", **PAIR, list="SN-1\nSN-2\nSN-3\n") == {"entries": [1, 2, 3]}
     post(client, "move", entry=3, before=1)
     post(client, "hold", entry=1, reason="dirty")
@@ -62,7 +62,7 @@ def test_a_list_is_added_moved_held_released_and_skipped(client):
     assert post(client, "clear") == {"removed": 1}
 
 
-def test_what_a_program_proposes_waits_for_a_person(client):
+def test_proposed_entry_waits_for_a_person(client):
     post(client, "propose", **PAIR, list="SN-1", by="LIMS", headers=PROGRAM)
     assert entries(client) == [("SN-1", "proposed")]
     assert client.get("/api/v1/queue").json()["entries"][0]["by"] == "LIMS"
@@ -73,14 +73,14 @@ def test_what_a_program_proposes_waits_for_a_person(client):
     assert entries(client) == [("SN-1", "proposed")]
 
 
-def test_a_program_names_itself_and_the_person_in_control_is_named(client):
+def test_program_must_name_itself_and_person_in_control_is_named(client):
     refused = post(client, "propose", status=422, **PAIR, list="SN-1", headers=PROGRAM)
     assert refused["message"] == "a proposal needs a name"
     post(client, "propose", **PAIR, list="SN-2")
     assert [entry["by"] for entry in client.get("/api/v1/queue").json()["entries"]] == ["Ann"]
 
 
-def test_an_entry_is_started_by_no_other_way_than_its_release_by_its_rig(client, panel):
+def test_proposed_entry_starts_only_after_release_at_its_rig(client, panel):
     panel.rig("simulated_bench")
     ours, theirs = {"rig": "simulated"}, {"rig": "simulated_bench"}
     client.post("/api/v1/control", json={"name": "Lims"}, params=theirs, headers=PROGRAM)
@@ -100,7 +100,7 @@ def test_an_entry_is_started_by_no_other_way_than_its_release_by_its_rig(client,
 
 
 @pytest.mark.parametrize("run", ["../lab", "/etc", "..", ".", "no such run"])
-def test_a_partner_run_is_one_of_the_folder_of_runs_and_no_path(client, run):
+def test_partner_run_must_be_in_the_folder_of_runs(client, run):
     body = {**PAIR, "list": "SN-1", "partners": {"no_load": run}}
     assert post(client, "add", status=404, **body)["code"] == "not_found"
     assert (
@@ -110,7 +110,7 @@ def test_a_partner_run_is_one_of_the_folder_of_runs_and_no_path(client, run):
     assert entries(client) == []
 
 
-def test_invalid_lines_of_a_list_are_told_with_the_others(client):
+def test_all_invalid_lines_of_a_list_are_reported(client):
     post(client, "add", **PAIR, list="SN-1")
     refused = post(client, "add", status=422, **PAIR, list="sn-1\na\x00b\nSN-2")
     assert [problem["where"] for problem in refused["problems"]] == ["list:2", ""]
@@ -118,7 +118,7 @@ def test_invalid_lines_of_a_list_are_told_with_the_others(client):
     assert entries(client) == [("SN-1", "waiting")]
 
 
-def test_a_specimen_twice_is_refused_with_its_entry(client):
+def test_duplicate_specimen_is_refused_with_its_entry(client):
     post(client, "add", **PAIR, list="SN-1")
     refused = post(client, "add", status=422, **PAIR, list="SN-0\nsn-1")
     (problem,) = refused["problems"]
@@ -148,14 +148,14 @@ def test_hostile_lists_are_refused_and_leave_nothing(client, path, body, status)
     assert entries(client) == []
 
 
-def test_a_body_that_is_too_long_is_not_read(client):
+def test_oversized_body_is_refused(client):
     body = b'{"list": "' + b"x" * 70_000 + b'"}'
     headers = {**ANN, "Content-Type": "application/json"}
     assert client.post("/api/v1/queue/add", content=body, headers=headers).status_code == 413
 
 
 @pytest.mark.parametrize("origin", ["http://evil.example", "null"])
-def test_another_site_changes_nothing(client, origin):
+def test_another_site_cannot_propose(client, origin):
     answer = client.post("/api/v1/queue/propose", json=PAIR, headers={**PROGRAM, "Origin": origin})
     assert (answer.status_code, answer.json()["code"]) == (403, "foreign_origin")
     form = {**PROGRAM, "Content-Type": "text/plain"}
@@ -163,27 +163,27 @@ def test_another_site_changes_nothing(client, origin):
     assert entries(client) == []
 
 
-def test_stop_waits_neither_for_the_queue_nor_for_its_lock(client, panel):
-    """Forty requests wait for a file that another program holds; Stop is answered all the same."""
+def test_stop_does_not_wait_for_the_queue_or_its_lock(client, panel):
+    """Requests wait for a file that another program has locked; Stop is answered nevertheless."""
     panel.settings.runs.mkdir()
-    named = {**PAIR, "by": "LIMS"}
+    proposal = {**PAIR, "by": "LIMS"}
     with FileLock(panel.settings.runs / ".queue.lock"), panel.rig("simulated").sequence.lock:
-        jobs = [
+        threads = [
             threading.Thread(
-                target=client.post, args=("/api/v1/queue/propose",), kwargs={"json": named}
+                target=client.post, args=("/api/v1/queue/propose",), kwargs={"json": proposal}
             )
             for _ in range(45)
         ]
-        for job in jobs:
-            job.start()
+        for thread in threads:
+            thread.start()
         time.sleep(0.5)
         assert client.post("/api/v1/stop", json={}).json() == {"ok": True, "stopped": False}
-        assert all(job.is_alive() for job in jobs), "Stop waited for one of them"
-    for job in jobs:
-        job.join()
+        assert all(thread.is_alive() for thread in threads), "Stop waited for one of them"
+    for thread in threads:
+        thread.join()
 
 
-def test_stop_takes_back_what_was_to_start(client, panel):
+def test_stop_cancels_automatic_starts(client, panel):
     post(client, "automatic", on=True)
     assert client.get("/api/v1/queue").json()["automatic_by"] == "Ann"
     client.post("/api/v1/stop", json={})
@@ -192,7 +192,7 @@ def test_stop_takes_back_what_was_to_start(client, panel):
     assert panel.rig("simulated").sequence.pending is None
 
 
-def test_what_stop_takes_back_is_told_to_every_screen(client, panel):
+def test_start_cancelled_by_stop_is_shown_on_every_screen(client, panel):
     rig = panel.rig("simulated")
     post(client, "add", **PAIR, list="SN-1")
     post(client, "automatic", on=True)
@@ -200,12 +200,12 @@ def test_what_stop_takes_back_is_told_to_every_screen(client, panel):
     queueing.refresh(rig)
     client.post("/api/v1/stop", json={})
     queueing.tick(rig)
-    shown = rig.board.get("queue")  # a request for the queue would make it again
+    shown = rig.board.get("queue")  # a request for the queue would refresh it
     assert (shown.automatic_by, shown.starting) == ("", None)
 
 
 @pytest.mark.parametrize("field", ["active", "until_end"])
-def test_nothing_starts_by_itself_after_an_interlock_that_never_cleared(client, panel, field):
+def test_uncleared_interlock_prevents_automatic_start(client, panel, field):
     post(client, "add", **PAIR, list="SN-1")
     post(client, "automatic", on=True)
     rig = panel.rig("simulated")
@@ -225,7 +225,7 @@ def test_nothing_starts_by_itself_after_an_interlock_that_never_cleared(client, 
         (False, True, False, "", True),  # a person asked for it, and sees the alarm
     ],
 )
-def test_what_happens_during_the_preflight_of_an_automatic_start_counts(  # noqa: PLR0917
+def test_automatic_start_respects_changes_during_its_preflight(  # noqa: PLR0917
     client, panel, monkeypatch, switched_on, alarm, by_itself, problem, starts
 ):
     post(client, "add", **PAIR, list="SN-1")
@@ -241,7 +241,7 @@ def test_what_happens_during_the_preflight_of_an_automatic_start_counts(  # noqa
     assert (client.get("/api/v1/queue").json()["problem"], len(started)) == (problem, int(starts))
 
 
-def test_a_queue_that_cannot_be_read_is_told_and_left_alone(client, panel):
+def test_unreadable_queue_is_reported_and_not_changed(client, panel):
     panel.settings.runs.mkdir()
     panel.rig("simulated").queue.path("simulated").write_text("{}x", encoding="utf-8")
     assert "queue-simulated.json" in client.get("/api/v1/queue").json()["problem"]

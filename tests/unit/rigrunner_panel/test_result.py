@@ -18,23 +18,23 @@ from rigrunner_panel.view.sections import ResultView
 
 
 @pytest.mark.parametrize("unsafe", ["", "tester: load reads back 50 N, safe is 0 N"])
-def test_a_rig_that_is_not_safe_is_shown_beside_what_ended_the_run(unsafe):
-    beside = f"; the rig is not safe: {unsafe}" if unsafe else ""
-    ended = FinishedRun(
+def test_unsafe_rig_is_shown_with_the_reason_of_the_end(unsafe):
+    suffix = f"; the rig is not safe: {unsafe}" if unsafe else ""
+    finished_run = FinishedRun(
         folder=Path("runs/one"),
         outcome=Outcome.ERROR if unsafe else Outcome.ABORTED,
-        reason=f"stopped at the panel{beside}",
+        reason=f"stopped at the panel{suffix}",
         error=AbortedError("stopped at the panel", by="me"),
         unsafe=unsafe,
     )
-    assert finished_view(ended).error == f"stopped at the panel{beside}"
+    assert finished_view(finished_run).error == f"stopped at the panel{suffix}"
 
 
-def test_a_value_of_more_readings_stands_in_for_the_one_that_was_analysed():
-    """Its U is not known yet; its limits stay. One of fewer readings is left out."""
+def test_live_value_of_more_readings_replaces_the_analysed_one():
+    """Its U is not known yet, its limits stay; a value of fewer readings is left out."""
     of = ResultDefinition(name="voltage", text="output voltage", unit="V", per=("current",))
 
-    def now(readings, place):
+    def live(readings, place):
         where = {"current": CoordinateValue(place, "A")}
         return MeasurementResult(
             of=of, estimate=Estimate(5.0, nan, nan, "V"), coordinates=where, readings=readings
@@ -46,13 +46,13 @@ def test_a_value_of_more_readings_stands_in_for_the_one_that_was_analysed():
         for place in ("1 A", "2 A")
     )  # fmt: skip
     view = with_live(None, Findings()).model_copy(update={"results": earlier})
-    view_now = with_live(view, Findings(results=(now(20, 1.0), now(5, 2.0), now(1, 3.0))))
-    assert [(e.place, e.value, e.U, e.upper) for e in view_now.results] == [
+    view_now = with_live(view, Findings(results=(live(20, 1.0), live(5, 2.0), live(1, 3.0))))
+    assert [(row.place, row.value, row.U, row.upper) for row in view_now.results] == [
         ("1 A", 5.0, None, 6.0), ("2 A", 4.0, 0.1, 6.0), ("3 A", 5.0, None, None),
     ]  # fmt: skip
 
 
-def test_a_count_says_what_it_counts():
+def test_count_coordinate_shows_its_name():
     of = ResultDefinition(name="friction", text="friction", unit="N·m", per=("cycles", "phase"))
     where = {"cycles": CoordinateValue(505.0), "phase": CoordinateValue("wear")}
     result = MeasurementResult(
@@ -70,5 +70,5 @@ def test_a_count_says_what_it_counts():
         (-0.001, 0.1, "0.00 ± 0.10"),
     ],
 )
-def test_a_value_has_the_digits_that_its_uncertainty_bears(value, width, text):
+def test_value_is_rounded_to_its_uncertainty(value, width, text):
     assert with_uncertainty(value, width) == text

@@ -1,4 +1,4 @@
-"""What the program says in English is said in German too, by one table of sentences."""
+"""Every English sentence of the program has a German text in one table."""
 
 from __future__ import annotations
 
@@ -31,15 +31,15 @@ from rigrunner_bearings.torque.checks import LIMITS
 from rigrunner_bearings.torque.one_setup import LIMITS as SETUP_LIMITS
 from rigrunner_panel.jobs.preflight_calibrations import calibrations
 from rigrunner_panel.jobs.preflight_rig import rig_items
-from unit.rigrunner_panel.helpers_node import answering
+from unit.rigrunner_panel.helpers_node import running_node
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
 UNKNOWN = "Q"
-"""Stands in a sentence for what is known only when it is said."""
+"""Stands in a sentence for a value that is known only at run time."""
 _HELP = {"description", "help", "example", "trial", "json_schema_extra"}
-"""Told by the schema and by lists of plugins, in English."""
+"""Shown by the schema and by lists of plugins, in English."""
 _A_SENTENCE = re.compile(r"[a-z]{2}")
 
 
@@ -49,28 +49,28 @@ def nodes_of(path: Path) -> list[ast.AST]:
 
 @cache
 def sentences(path: Path) -> list[tuple[int, str]]:
-    """Return line and text of what a module says to people."""
+    """Return line and text of each sentence that a module shows to people."""
     nodes = nodes_of(path)
-    left = {node.value for node in nodes if isinstance(node, ast.Expr)}  # docstrings
+    skipped = {node.value for node in nodes if isinstance(node, ast.Expr)}  # docstrings
     for node in nodes:
         if isinstance(node, ast.JoinedStr):
-            left |= {*ast.walk(node)} - {node}
+            skipped |= {*ast.walk(node)} - {node}
         match node:
             case ast.keyword(arg=name) if name in _HELP:
-                left |= {*ast.walk(node)}
+                skipped |= {*ast.walk(node)}
             case ast.Call(func=ast.Name(id="quantity")):  # of a setting, with its help
-                left |= {*ast.walk(node)}
+                skipped |= {*ast.walk(node)}
     return [
         (node.lineno, text)
         for node in nodes
-        if isinstance(node, (ast.Constant, ast.JoinedStr)) and node not in left
+        if isinstance(node, (ast.Constant, ast.JoinedStr)) and node not in skipped
         for text in _texts(node)
         if " " in text.strip() and _A_SENTENCE.search(text)
     ]
 
 
 def _texts(node: ast.AST) -> list[str]:
-    """Return a literal in all that it may be."""
+    """Return all texts that a literal may have."""
     match node:
         case ast.Constant(value=str(text)):
             return [text]
@@ -89,15 +89,15 @@ PLUGINS = ROOT.parents[1] / "plugins"
 STATIC = PANEL / "static"
 ENGLISH = json.loads((STATIC / "texts/en.json").read_text(encoding="utf-8"))
 GERMAN = json.loads((STATIC / "texts/said.de.json").read_text(encoding="utf-8"))
-"""By the part of the program: what it says in English, and that in German."""
+"""German sentences by English ones, for each part of the program."""
 ADVICE = [t for key, t in ENGLISH.items() if key.startswith("instead.") and key.endswith(".of")]
-"""What the command line advises, which the panel says in other words."""
+"""Advice of the command line that the panel words differently."""
 SAYS = [*ADVICE, *itertools.chain.from_iterable(GERMAN.values())]
 CHECKER = [
     *(
         str(path.relative_to(ROOT))
-        for room in ("yamlfile", "procedure", "station", "plan", "steps", "signal/expression")
-        for path in sorted((ROOT / room).glob("*.py"))
+        for folder in ("yamlfile", "procedure", "station", "plan", "steps", "signal/expression")
+        for path in sorted((ROOT / folder).glob("*.py"))
     ),
     *(f"api/{name}.py" for name in (
         "accuracy", "calibration", "conditions", "filters", "fit_choice", "instruments", "labels",
@@ -106,9 +106,9 @@ CHECKER = [
     "interlock.py",
     *(
         f"../../plugins/{path.relative_to(PLUGINS)}"
-        for room in ("rigrunner_plugins/analyses", "rigrunner_plugins/fits",
+        for folder in ("rigrunner_plugins/analyses", "rigrunner_plugins/fits",
                      "rigrunner_plugins/devices", "rigrunner_bearings/devices")
-        for path in sorted((PLUGINS / room).rglob("settings.py"))
+        for path in sorted((PLUGINS / folder).rglob("settings.py"))
     ),
     *(f"../../plugins/rigrunner_plugins/{name}.py" for name in (
         "analyses/equation/kinds", "analyses/equation/text", "devices/declared",
@@ -119,8 +119,8 @@ CHECKER = [
         "contradictions", "planning", "requirements_of_plan", "requirers", "settings",
     )),
 ]  # fmt: skip
-"""Modules that say what is wrong with a procedure or a station."""
-SILENT = {  # modules of the panel that speak to the terminal, or to programs that use the API
+"""Modules that report problems of a procedure or a station."""
+SILENT = {  # modules of the panel with texts for the terminal or for programs that use the API
     "serve.py", "openapi.py", "operations.py", "requests.py", "answers.py", "app.py", "security.py",
     "commands/__init__.py", "commands/panel.py",
 }  # fmt: skip
@@ -142,7 +142,7 @@ SPEAKERS = [
         "trends/charts", "trends/rules",
     )),
 ]  # fmt: skip
-PIECES = {  # of sentences that are put together otherwise than their patterns look
+PIECES = {  # of sentences that are not assembled as their patterns look
     "Scan Q Q, reading Q", "; or start with", "enter it; Q", "Q, and the baseline is the first Q",
     "found energised: Q; made safe, read back now: Q",
     "add it here: 'uses: {Q: Q}'", "Q N to Q N",
@@ -153,7 +153,7 @@ PIECES = {  # of sentences that are put together otherwise than their patterns l
     "record the angle of rotation, such as Q.angle", ", with the rule 'Q',",
     "a quantity with broken powers of its unit", "a quantity of no known unit",
 }  # fmt: skip
-NAMES = {  # of things and threads, and what stands in the log alone
+NAMES = {  # of things and threads, and texts that are only in the log
     "panel client Q", "the Q of Q", "zero Q", "interlock Q",
     "from the rig's process",
     *(f"Nelson {number}" for number in range(1, 9)),
@@ -180,7 +180,7 @@ NAMES = {  # of things and threads, and what stands in the log alone
 
 
 def shape(pattern: str) -> str:
-    """Return an expression for what matches a pattern, before it is known what fills its places."""
+    """Return an expression for texts of a pattern whose places are not filled yet."""
     places = {"quantity": "(?:an? )?Q", "list": r"(?:Qs?|[\w, ]+)", "": r"(?:Q(?: \S+)?|\w+)"}
     places |= dict.fromkeys(("said", "got", "all", "any"), r"(?:Qs?|\w+)")
     pieces = re.split(r"\{([a-z]+)\d*\}", pattern)
@@ -193,13 +193,13 @@ SHAPES = re.compile("|".join(map(shape, SAYS)))
 
 
 def parts(text: str) -> list[str]:
-    """Return what is known of a sentence or of a piece of one."""
+    """Return the fixed parts of a sentence or of a piece of one."""
     pieces = [piece.strip() for piece in re.split(rf"{UNKNOWN}|\{{\w+\}}", text)]
     return [piece for piece in pieces if re.search("[a-z]", piece)]
 
 
 def is_piece(text: str) -> bool:
-    """Say whether all that is known of it stands in one sentence that has a German text."""
+    """Return whether its fixed parts are in one sentence that has a German text."""
     inside = ".*".join(rf"(?<![a-z]){re.escape(piece)}(?![a-z])" for piece in parts(text))
     return re.search(inside, "\n".join(SAYS)) is not None
 
@@ -214,8 +214,8 @@ def test_every_sentence_of_the_server_has_a_german_text(module):
     assert unknown == []
 
 
-def written(path: Path) -> Iterator[str]:
-    """Yield all texts of a module, each in all that it may be."""
+def texts_of(path: Path) -> Iterator[str]:
+    """Yield all texts of a module, in all their variants."""
     nodes = nodes_of(path)
     inner = {
         part for node in nodes if isinstance(node, ast.JoinedStr)
@@ -226,35 +226,35 @@ def written(path: Path) -> Iterator[str]:
             yield from _texts(node)
 
 
-def test_every_sentence_of_the_table_is_still_said():
-    """Half of the longest run of words of each: many sentences are put together."""
+def test_every_sentence_of_the_table_is_still_used():
+    """Half of the longest run of words of each is enough: many sentences are assembled."""
     folders = ("runner", "plugins", "reports")
     modules = [path for name in folders for path in (ROOT.parents[1] / name).rglob("*.py")]
     files = [
         path for name in (*folders, "procedures", "stations")
         for path in (ROOT.parents[1] / name).rglob("*.yaml")
     ]  # fmt: skip
-    texts = [text for module in modules for text in written(module)]
+    texts = [text for module in modules for text in texts_of(module)]
     everything = "\n".join([*texts, *(file.read_text(encoding="utf-8") for file in files)])
 
-    def is_said(sentence: str) -> bool:
+    def is_used(sentence: str) -> bool:
         words = max((piece.split() for piece in re.split(r"\{\w+\}", sentence)), key=len)
         half = max(len(words) // 2, 1)
         runs = (" ".join(words[at : at + half]) for at in range(len(words) - half + 1))
         return any(run.strip("':;,.() ") in everything for run in runs)
 
-    others = GERMAN["words of PyYAML and of the system"]
-    assert [sentence for sentence in SAYS if sentence not in others and not is_said(sentence)] == []
+    foreign = GERMAN["words of PyYAML and of the system"]
+    assert [text for text in SAYS if text not in foreign and not is_used(text)] == []
 
 
-def test_what_is_left_out_is_still_said_somewhere():
-    spoken = {text for module in SPEAKERS for _, text in sentences(ROOT / module)}
-    assert spoken >= PIECES | NAMES
+def test_every_exception_is_still_used():
+    texts = {text for module in SPEAKERS for _, text in sentences(ROOT / module)}
+    assert texts >= PIECES | NAMES
 
 
 @pytest.fixture(scope="module")
-def translated(tmp_path_factory):
-    """What the screen's own code makes of English sentences on the German screen."""
+def translate(tmp_path_factory):
+    """Return a function that translates English sentences with the screen's own code."""
     if shutil.which("node") is None:
         lacking("BROWSER", "there is no Node.js")
     folder = tmp_path_factory.mktemp("said")
@@ -272,7 +272,7 @@ def translated(tmp_path_factory):
         read('said.de.json'), read('en.json'), read('de.json'), shownNumber);
       const answer = (texts) => texts.map((text) => say(text));
     """
-    with answering(folder, program) as ask:
+    with running_node(folder, program) as ask:
         yield lambda *texts: ask(texts)
 
 
@@ -568,13 +568,13 @@ def translated(tmp_path_factory):
             "mit den Schlüsseln nature, condition angeben, für welche der Grenzwert gilt",
         ),
         ("load is an issue", "load is an issue"),  # no kind of quantity
-        ("the motor is hot", "the motor is hot"),  # of a device: nobody has translated it
+        ("the motor is hot", "the motor is hot"),  # of a device: not translated
         ("the drive has no power", "the drive has no power"),
         ("", ""),
     ],
 )
-def test_a_sentence_is_said_in_german_whole_or_not_at_all(translated, english, german):
-    assert translated(english) == [german]
+def test_sentence_is_translated_completely_or_not_at_all(translate, english, german):
+    assert translate(english) == [german]
 
 
 CHECKS = [
@@ -584,7 +584,7 @@ CHECKS = [
     "plugins/rigrunner_bearings/compensations/checks.py",
     "runner/rigrunner/api/checks.py",
 ]
-PIECES_OF_CHECKS = {  # put together with others, or not for people who read the panel
+PIECES_OF_CHECKS = {  # assembled with others, or not shown at the panel
     "nowhere Q or more equal samples at the extreme", "at least Q samples in every cycle",
     "Q entered Q Hz, Q", "angle says", "tacho says", "index pulses say", "torque repeats at",
     "Qangle channel", "not stated", "Q mm", "torque transducer", "transducer's certificate",
@@ -599,8 +599,8 @@ PIECES_OF_CHECKS = {  # put together with others, or not for people who read the
 }  # fmt: skip
 
 
-def test_what_a_failing_check_found_is_said_in_german(translated):
-    """Each sentence with numbers in its places; those above are put together with others."""
+def test_texts_of_failing_checks_are_translated(translate):
+    """Each sentence with numbers in its places; those above are assembled with others."""
     texts = [
         text.replace("Q", "12")
         for module in CHECKS
@@ -609,12 +609,12 @@ def test_what_a_failing_check_found_is_said_in_german(translated):
     ]
     assert len(texts) > 100
     assert [
-        text for text, german in zip(texts, translated(*texts), strict=True) if german == text
+        text for text, german in zip(texts, translate(*texts), strict=True) if german == text
     ] == []
 
 
 def answers():
-    """What is told of wrong answers, and what is allowed."""
+    """Messages about wrong answers, and the answers that are allowed."""
     low, high = parse_quantity("15 °C"), parse_quantity("30 °C")
     for limits in ({}, {"minimum": low}, {"maximum": high}, {"minimum": low, "maximum": high}):
         expected = Expected(unit="°C", **limits)
@@ -632,17 +632,18 @@ def answers():
 
 
 def plans():
-    """What shipped procedures do, and what is found of the rig before them."""
+    """Steps of shipped procedures, and the items of their preflight."""
     station = find_station("simulated")
     for name in ("no_load_inertia_sweep", "starting_torque_1000n"):
         planned = planned_run(find_procedure(name), station)
-        own_words = (Confirm, Ask)
-        yield from (s.text for s in planned.plan.steps if not isinstance(s.action, own_words))
+        free_texts = (Confirm, Ask)
+        steps = (step for step in planned.plan.steps if not isinstance(step.action, free_texts))
+        yield from (step.text for step in steps)
         yield from (item.text for item in (*calibrations(planned), *rig_items(planned)))
 
 
-def put_together():
-    """What is made of pieces that are not met with above."""
+def assembled_texts():
+    """Texts assembled from pieces that do not occur above."""
     yield from (
         "Ramp tester.load to 1 kN in 10 s",
         "Measure tester.load, tester.temperature, once",
@@ -665,13 +666,13 @@ def put_together():
 
 
 def checks():
-    """What every check is called, what it says where it finds nothing, and its advice."""
+    """Name, text of success and advice of every check."""
     for check in (*LIMITS, *SETUP_LIMITS, *METHOD_LIMITS):
         yield from (check.name, check.good, check.advice)
 
 
 def names_of_devices():
-    """What channels and drives of the shipped devices are called."""
+    """Names of the channels and drives of shipped devices."""
     for name in ("no_load_inertia_sweep", "loaded_breakaway"):
         station = find_station("simulated" if name.startswith("no") else "simulated_loaded_bench")
         for device in planned_run(find_procedure(name), station).devices.values():
@@ -695,11 +696,11 @@ SPOILED = {
     "\n  - confirm:": "\n\t- confirm:",
     "swing_torque:": "swing_torqe:",
 }
-"""What a person may get wrong in a text, and in what way."""
+"""Mistakes in a text: what is right, and what is wrong."""
 
 
 def problems_of_a_text():
-    """What the editor says of a text that is wrong."""
+    """Problems that the editor reports for a wrong text."""
     path, station = find_procedure("starting_torque_1000n"), find_station("simulated")
     text = path.read_text(encoding="utf-8")
     for right, wrong in SPOILED.items():
@@ -734,11 +735,11 @@ SPOILED_STATION = {
     "channel: tester.torque": "channel: torque",
     "drift: 0.02 N·m": "drift: 0.02 N",
 }
-"""The same of a station."""
+"""The same for a station."""
 
 
 def problems_of_a_station():
-    """What the preflight says of a station that is wrong."""
+    """Problems that the preflight reports for a wrong station."""
     procedure, good = find_procedure("starting_torque_1000n"), find_station("simulated")
     text = good.read_text(encoding="utf-8")
     for right, wrong in SPOILED_STATION.items():
@@ -754,7 +755,7 @@ def problems_of_a_station():
 
 
 def names_in_procedures():
-    """What shipped procedures ask for, and what they measure."""
+    """Inputs, measurands and results of shipped procedures."""
     for path in sorted(Path(find_procedure("gauge_rr")).parent.glob("*.yaml")):
         procedure = yaml.safe_load(path.read_text("utf-8"))
         yield from (definition["ask"] for definition in procedure.get("inputs", {}).values())
@@ -767,7 +768,7 @@ def names_in_procedures():
     [
         answers,
         plans,
-        put_together,
+        assembled_texts,
         checks,
         names_in_procedures,
         problems_of_a_text,
@@ -776,8 +777,9 @@ def names_in_procedures():
         names_of_devices,
     ],
 )
-def test_what_is_really_said_is_said_in_german(translated, source):
+def test_texts_in_use_are_translated(translate, source):
     texts = [text for text in source() if text]
     assert len(texts) > 10
-    unchanged = {text for text, now in zip(texts, translated(*texts), strict=True) if text == now}
+    pairs = zip(texts, translate(*texts), strict=True)
+    unchanged = {text for text, german in pairs if text == german}
     assert unchanged <= {"in °C"}  # the same in both languages

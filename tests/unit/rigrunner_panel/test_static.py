@@ -1,4 +1,4 @@
-"""The screen's own files: words in two languages, modules that parse, and the pure functions."""
+"""The screen's files: texts in two languages, modules that parse, and the pure functions."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ import pytest
 import rigrunner_panel
 from helpers_lacking import lacking
 from rigrunner_panel.live.curves import frame
-from unit.rigrunner_panel.helpers_node import answering
+from unit.rigrunner_panel.helpers_node import running_node
 
 ROOT = Path(__file__).parents[3]
 STATIC = Path(rigrunner_panel.__file__).parent / "static"
@@ -27,56 +27,56 @@ def words(language):
     return json.loads((STATIC / "texts" / f"{language}.json").read_text(encoding="utf-8"))
 
 
-def test_both_languages_say_the_same_with_the_same_values():
+def test_both_languages_have_the_same_keys_and_placeholders():
     english, german = words("en"), words("de")
     assert list(english) == list(german)
     for key, text in english.items():
         names, german_names = (
-            sorted(re.findall(r"\{(?!article|list)(\w+)\}", language))  # German may do without
+            sorted(re.findall(r"\{(?!article|list)(\w+)\}", language))  # German may omit these
             for language in (text, german[key])
         )
         assert german_names == names, key
         assert german[key].strip(), key
 
 
-def test_what_the_server_says_is_one_sentence_with_the_same_values_in_german():
-    rooms = words("said.de")
-    sentences = [pair for room in rooms.values() for pair in room.items()]
+def test_german_server_texts_have_the_same_placeholders():
+    sections = words("said.de")
+    sentences = [pair for section in sections.values() for pair in section.items()]
     assert len(dict(sentences)) == len(sentences)
     for english, german in sentences:
         names, german_names = (
-            sorted(re.findall(r"\{(?!article)(\w+)\}", sentence))  # German does without articles
+            sorted(re.findall(r"\{(?!article)(\w+)\}", sentence))  # German omits articles
             for sentence in (english, german)
         )
         assert german_names == names, english
         assert german.strip(), english
-    assert not [key for key in words("en") if key.startswith("says.")]  # where they stood before
+    assert not [key for key in words("en") if key.startswith("says.")]  # their former place
 
 
 @pytest.mark.parametrize("language", ["en", "de"])
-def test_what_puts_a_question_away_is_not_called_as_what_aborts_a_run(language):
+def test_label_of_cancel_is_unique(language):
     texts = words(language)
     others = {text for key, text in texts.items() if key != "dialog.cancel"}
     assert texts["dialog.cancel"] not in others
 
 
-def test_no_word_is_unused_and_none_is_missing():
+def test_no_text_is_unused_or_missing():
     code = "\n".join(path.read_text(encoding="utf-8") for path in MODULES)
     keys = set(words("en"))
     used_keys = set(re.findall(r'\bt\("([^"]+)"', code))
     assert used_keys <= keys
-    named = set(LITERAL.findall(code))
+    literals = set(LITERAL.findall(code))
     prefixes = tuple(re.findall(r"`((?:\w+\.)+\w*)\$\{", code))
     tails = set(re.findall(r"`\$\{key\}\.(\w+)`", code))
     unused = {
         key
-        for key in keys - named
+        for key in keys - literals
         if not key.startswith((*prefixes, "instead.")) and key.rpartition(".")[2] not in tails
     }
     assert unused == set()
 
 
-def test_the_page_has_nothing_inline_and_asks_nobody_else():
+def test_page_has_nothing_inline_and_no_foreign_addresses():
     page = (STATIC / "index.html").read_text(encoding="utf-8")
     assert not re.search(r"<style|\sstyle=|\son\w+=|<script(?![^>]*\ssrc=)", page)
     for path in [STATIC / "index.html", *MODULES, *sorted((STATIC / "css").glob("*.css"))]:
@@ -87,7 +87,7 @@ def test_the_page_has_nothing_inline_and_asks_nobody_else():
 
 @pytest.fixture(scope="module")
 def scripts(tmp_path_factory):
-    """The modules where Node takes them for modules."""
+    """Return a folder in which Node loads the scripts as modules."""
     if shutil.which("node") is None:
         lacking("BROWSER", "there is no Node.js")
     folder = tmp_path_factory.mktemp("static")
@@ -112,16 +112,16 @@ def test_every_module_parses(scripts):
 
 
 @pytest.fixture(scope="module")
-def evaluated(scripts):
-    """Evaluate an expression of a module `m`, which is loaded anew for each."""
+def evaluate(scripts):
+    """Return a function that evaluates an expression of a module `m`, which it loads anew."""
     program = """
-      let asked = 0;
+      let loads = 0;
       const answer = async ([module, expression]) => {
-        const m = await import(`./js/${module}.js?${asked += 1}`);
+        const m = await import(`./js/${module}.js?${loads += 1}`);
         return new Function('m', `return (${expression});`)(m);
       };
     """
-    with answering(scripts, program) as ask:
+    with running_node(scripts, program) as ask:
         yield lambda module, expression: ask([module, expression])
 
 
@@ -146,18 +146,18 @@ def evaluated(scripts):
         ("m.bytes(79100000000)", "79.1 GB"),
     ],
 )
-def test_numbers_are_shown_as_people_read_them(evaluated, expression, expected):
-    assert evaluated("format", expression) == expected
+def test_numbers_are_formatted_for_people(evaluate, expression, expected):
+    assert evaluate("format", expression) == expected
 
 
-def test_the_screen_reads_the_frames_that_the_server_writes(evaluated):
+def test_screen_decodes_frames_of_the_server(evaluate):
     content = frame(
         {"kind": "curve", "recording": "ä", "t_s": 1.5},
         {"x": np.array([1.5, -2.25]), "y": np.array([0.5])},
     )
     assert struct.unpack_from("<I", content)[0] % 4 == 0
     buffer = f"new Uint8Array({list(content)}).buffer"
-    read = evaluated(
+    read = evaluate(
         "link",
         f"(f => ({{...f, curves: Object.fromEntries("
         f"Object.entries(f.curves).map(([k, v]) => [k, [...v]]))}}))(m.decodeFrame({buffer}))",
@@ -166,7 +166,7 @@ def test_the_screen_reads_the_frames_that_the_server_writes(evaluated):
     assert read["curves"] == {"x": [1.5, -2.25], "y": [0.5]}
 
 
-def test_columns_of_the_trend_are_joined_filled_in_and_bounded(evaluated):
+def test_trend_columns_are_joined_filled_and_bounded(evaluate):
     expression = """(() => {
       const frame = (first, low, high) => ({ first, step_s: 0.1, reset: false,
         channel: "a.b", unit: "V",
@@ -180,37 +180,37 @@ def test_columns_of_the_trend_are_joined_filled_in_and_bounded(evaluated):
       return { early, length: trend.minimum.length, first: trend.first,
         last: trend.maximum.at(-1), start: trend.minimum[0] };
     })()"""
-    read = evaluated("store", expression)
+    read = evaluate("store", expression)
     expected = {"first": 0, "stepS": 0.1, "channel": "a.b", "unit": "V", "minimum": [1, -2, 5]}
     assert read["early"] == {**expected, "maximum": [3, 9, 6]}
     assert (read["length"], read["first"]) == (1200, 303)
     assert (read["start"], read["last"]) == (300, 1499)
 
 
-def test_no_script_imports_itself_by_way_of_others():
-    left = {
+def test_scripts_have_no_circular_imports():
+    imports = {
         path: {
             (path.parent / name).resolve()
             for name in re.findall(r'from "(\.[^"]+)"', path.read_text(encoding="utf-8"))
         }
         for path in MODULES
     }
-    assert sum(map(len, left.values())) > len(MODULES)
-    while free := [path for path, needs in left.items() if not needs & left.keys()]:
-        for path in free:
-            del left[path]
-    assert [path.name for path in left] == []
+    assert sum(map(len, imports.values())) > len(MODULES)
+    while leaves := [path for path, names in imports.items() if not names & imports.keys()]:
+        for path in leaves:
+            del imports[path]
+    assert [path.name for path in imports] == []
 
 
 @pytest.mark.parametrize(("job", "stays"), [("{run: 'A', title: 'x'}", True), ("{run: ''}", False)])
-def test_a_curve_of_an_earlier_job_does_not_stay(evaluated, job, stays):
-    done = (
+def test_curve_is_cleared_by_another_job(evaluate, job, stays):
+    calls = (
         "m.takeState({job: {run: 'A'}})",
         "m.takeFrame({kind: 'curve', recording: '001'})",
         f"m.takeChanges(2, {{job: {job}}})",
         "m.store.lastCurve !== null",
     )
-    assert evaluated("store", f"({', '.join(done)})") is stays
+    assert evaluate("store", f"({', '.join(calls)})") is stays
 
 
 @pytest.mark.parametrize(
@@ -236,8 +236,8 @@ def test_a_curve_of_an_earlier_job_does_not_stay(evaluated, job, stays):
         ('"a b": {c: ', {"path": ["a b", "c"], "kind": "value", "word": ""}),
     ],
 )
-def test_the_editor_knows_where_in_a_text_it_is(evaluated, text, place):
-    assert evaluated("editor/place", f"m.placeAt({json.dumps(text)})") == place
+def test_editor_finds_the_place_in_a_text(evaluate, text, place):
+    assert evaluate("editor/place", f"m.placeAt({json.dumps(text)})") == place
 
 
 SCHEMA = json.dumps(
@@ -280,27 +280,27 @@ SCHEMA = json.dumps(
         (["none", 1, "such"], "key", []),
     ],
 )
-def test_what_the_schema_lets_stand_is_offered(evaluated, path, kind, labels):
+def test_completions_follow_the_schema(evaluate, path, kind, labels):
     place = json.dumps({"path": path, "kind": kind})
-    shown = f"m.offered({SCHEMA}, {place}).map((each) => each.label)"
-    assert evaluated("editor/schema", shown) == labels
+    shown = f"m.offered({SCHEMA}, {place}).map(({{ label }}) => label)"
+    assert evaluate("editor/schema", shown) == labels
 
 
-def test_a_key_comes_with_what_it_needs_and_its_help(evaluated):
+def test_completion_of_a_key_has_required_keys_and_help(evaluate):
     place = json.dumps({"path": ["main", 0], "kind": "key"})
-    first = evaluated("editor/schema", f"m.offered({SCHEMA}, {place})[0]")
+    first = evaluate("editor/schema", f"m.offered({SCHEMA}, {place})[0]")
     assert (first["needed"], first["description"]) == (["time"], "Time passes.")
     expression = f"m.explained({SCHEMA}, {place}, 'wait')"
-    assert evaluated("editor/schema", expression) == "Time passes."
+    assert evaluate("editor/schema", expression) == "Time passes."
     rule = json.dumps({"path": ["rule"], "kind": "value"})
-    assert evaluated("editor/schema", f"m.explained({SCHEMA}, {rule}, 'v')") == "V."
+    assert evaluate("editor/schema", f"m.explained({SCHEMA}, {rule}, 'v')") == "V."
 
 
-def test_the_built_editor_has_what_is_used_and_its_parts_are_pinned():
+def test_editor_bundle_exports_what_is_used_and_pins_its_packages():
     source = ROOT / ".ci/codemirror"
-    named = json.loads((source / "package.json").read_text(encoding="utf-8"))["devDependencies"]
+    pinned = json.loads((source / "package.json").read_text(encoding="utf-8"))["devDependencies"]
     locked = json.loads((source / "package-lock.json").read_text(encoding="utf-8"))
-    for name, version in named.items():
+    for name, version in pinned.items():
         assert locked["packages"][f"node_modules/{name}"]["version"] == version
     folder = STATIC / "vendor/codemirror"
     assert "MIT License" in (folder / "LICENSE").read_text(encoding="utf-8")
@@ -322,14 +322,14 @@ AMEND = (
         ("de", "unter Zertifikate ändern, oder den Grund für eine weitere Ausfertigung angeben"),
     ],
 )
-def test_advice_of_the_command_line_is_said_as_the_screen_has_it(evaluated, language, advice):
+def test_command_line_advice_is_reworded_for_the_screen(evaluate, language, advice):
     english, chosen = json.dumps(words("en")), json.dumps(words(language))
     say = "m.advice(en)" if language == "en" else f"m.translator({{}}, en, {chosen})"
     shown = f"((en) => [{json.dumps(AMEND)}, 'no advice'].map({say}))({english})"
-    assert evaluated("said", shown) == [advice, "no advice"]
+    assert evaluate("said", shown) == [advice, "no advice"]
 
 
-def test_what_is_said_otherwise_on_the_screen_is_said_by_the_program():
+def test_reworded_advice_exists_in_the_program():
     sources = [
         path.read_text(encoding="utf-8")
         for package in ("rigrunner", "rigrunner_panel", "rigrunner_fleet")

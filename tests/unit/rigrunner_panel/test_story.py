@@ -1,4 +1,4 @@
-"""What a run tells, as the screen shows it."""
+"""The state of a run, as the screen shows it."""
 
 from __future__ import annotations
 
@@ -79,11 +79,11 @@ def event(kind, **fields):
     return kind(**{**common, **fields})
 
 
-def planned(plan):
+def show_plan(plan):
     return Show({"plan": plan})
 
 
-def begun(index, recording=""):
+def started(index, recording=""):
     common = {"step": f"main[{index}]", "index": index, "action": "record", "text": f"step {index}"}
     return event(StepStarted, **common, recording=recording)
 
@@ -101,7 +101,7 @@ def board():
 def story(board):
     job = JobView(kind="run", procedure="p", station="s", realtime=False)
     story = Story(board, job, NoLinks())
-    story.take(planned(PLAN))
+    story.take(show_plan(PLAN))
     return story
 
 
@@ -115,7 +115,7 @@ PAUSE = PauseView(
 STARTED = {"run_id": "R1", "steps": 4, "estimated_s": 40.0}
 
 
-def test_phases_follow_what_happens(board, story):
+def test_phase_follows_the_messages(board, story):
     def after(message):
         story.take(message)
         return board.get("phase")
@@ -143,11 +143,11 @@ def test_phases_follow_what_happens(board, story):
     assert board.get("finished") == end
 
 
-def test_steps_are_shown_as_they_go(board, story):
+def test_step_states_follow_the_run(board, story):
     states = []
     for message in (
-        begun(0), ended(0), begun(1, "001"), ended(1, ok=False), begun(1, "001"), ended(1),
-        begun(2, "002"), event(Intervention, action="skip", by="Ann"), begun(3, "003"),
+        started(0), ended(0), started(1, "001"), ended(1, ok=False), started(1, "001"), ended(1),
+        started(2, "002"), event(Intervention, action="skip", by="Ann"), started(3, "003"),
     ):  # fmt: skip
         story.take(message)
         states.append(board.get("progress").states)
@@ -158,10 +158,10 @@ def test_steps_are_shown_as_they_go(board, story):
     assert (progress.recording, progress.done_s, progress.left_s) == ("003", 30.0, 10.0)
 
 
-def test_a_recording_of_which_statistics_alone_are_kept_is_shown_while_it_lasts(board, story):
+def test_recording_of_statistics_only_is_shown_while_it_runs(board, story):
     wave = np.sin(np.arange(1000) / 30)
     story.take(event(RunStarted, **STARTED))
-    story.take(begun(1))
+    story.take(started(1))
     block = Block(1000.0, 0, 0.0, {"tester.force": wave})
     story.take(event(Samples, recording="", block=block, monotonic_s=1.0))
     cycle = Curve(title="c", x=Axis("t"), y=Axis("F"), at=wave, series={"": wave}, end_s=1.0)
@@ -173,14 +173,14 @@ def test_a_recording_of_which_statistics_alone_are_kept_is_shown_while_it_lasts(
     assert board.get("progress").recording == ""
 
 
-def test_a_step_that_a_pause_broke_off_is_to_come_and_not_failed(board, story):
-    for message in (begun(0), ended(0), begun(1, "001"), ended(1, ok=False)):
+def test_step_interrupted_by_a_pause_is_pending_not_failed(board, story):
+    for message in (started(0), ended(0), started(1, "001"), ended(1, ok=False)):
         story.take(message)
     assert board.get("progress").states == "ox.."
     story.take(Show({"pause": PAUSE}))
     assert board.get("progress").states == "o..."
     assert board.get("progress").left_s == 30.0
-    story.take(begun(1, "001"))
+    story.take(started(1, "001"))
     assert board.get("progress").states == "or.."
 
 
@@ -196,8 +196,8 @@ def read_back(index, **values):
     return ended(index, action="set", values=named, units=UNITS)
 
 
-def test_what_was_set_and_read_is_known_in_its_units(board, story):
-    story.take(planned(SETTING))
+def test_set_points_and_readings_have_units(board, story):
+    story.take(show_plan(SETTING))
     story.take(read_back(0, frequency=5.0))
     story.take(read_back(1, load=998.0))
     story.take(ended(2, values={"t.temperature": 296.15}, units=UNITS))
@@ -208,10 +208,8 @@ def test_what_was_set_and_read_is_known_in_its_units(board, story):
     assert readings["t.temperature"].set is None
 
 
-def test_a_drive_shows_its_set_point_beside_the_read_back_and_none_where_its_set_failed(
-    board, story
-):
-    story.take(planned(SETTING))
+def test_drive_shows_set_point_and_read_back_unless_its_set_failed(board, story):
+    story.take(show_plan(SETTING))
     story.take(ended(1, values={"t.load": 0.4}, units=UNITS))
     story.take(read_back(1, load=998.0))
     load = board.get("readings")["t.load"]
@@ -222,9 +220,9 @@ def test_a_drive_shows_its_set_point_beside_the_read_back_and_none_where_its_set
     assert (frequency.set, frequency.value) == (None, 3.0)
 
 
-def test_a_set_point_is_in_the_unit_of_the_procedure(board, story):
+def test_set_point_is_in_the_unit_of_the_procedure(board, story):
     (drive,) = sets = {"c.temperature": 253.15}
-    story.take(planned(PlanView(estimated_s=1.0, steps=(step(0, "", **sets),))))
+    story.take(show_plan(PlanView(estimated_s=1.0, steps=(step(0, "", **sets),))))
     common = {"index": 0, "action": "set", "step": "main[0]"}
     story.take(event(StepStarted, **common, text="", written_in={drive: "°C"}))
     story.take(event(StepEnded, **common, ok=True, values={drive: 253.19}, units={drive: "K"}))
@@ -232,7 +230,7 @@ def test_a_set_point_is_in_the_unit_of_the_procedure(board, story):
     assert (reading.set, reading.shown, reading.shown_in) == (-20.0, -19.96, "°C")
 
 
-def test_what_was_set_by_hand_is_the_set_point(board, story):
+def test_drive_set_by_hand_shows_its_set_point(board, story):
     drive = {"long_name": "", "unit": "N", "minimum": 0.0, "maximum": 3000.0}
     drives = (DriveView(name="t.load", set=100.5, **drive),)
     story.take(ended(0, action="set", values={"t.load": 100.7}, units=UNITS))
@@ -241,8 +239,8 @@ def test_what_was_set_by_hand_is_the_set_point(board, story):
     assert (reading.set, reading.value) == (100.5, 100.7)
 
 
-def test_what_was_made_safe_has_its_read_back_and_no_set_point(board, story):
-    story.take(planned(SETTING))
+def test_drive_made_safe_shows_read_back_and_no_set_point(board, story):
+    story.take(show_plan(SETTING))
     story.take(read_back(0, frequency=5.0))
     story.take(read_back(1, load=999.0))
     safe = {"t.load": 1.5, "t.frequency": 0.0}
@@ -264,7 +262,7 @@ def channels_of(board):
     return {channel.name: (channel.value, channel.utc) for channel in board.get("channels")}
 
 
-def test_each_channel_has_the_time_of_its_value_and_the_read_back_after_made_safe(board):
+def test_channel_shows_time_of_value_and_read_back_of_safe_state(board):
     story = Story(board, JobView(kind="run", procedure="p", station="s"), NoLinks())
     story.take(Show({"plan": PLAN, "channels": CHANNELS}))
     story.take(Values({"t.load": 999.0, "t.temperature": 293.15}, 1795435200.0, 0.5))
@@ -281,7 +279,7 @@ def test_each_channel_has_the_time_of_its_value_and_the_read_back_after_made_saf
     assert channels_of(board)["t.load"][0] == 0.4
 
 
-def test_a_sample_on_the_screen_is_as_old_as_it_was_when_it_was_taken(board):
+def test_shown_sample_keeps_its_time(board):
     story = Story(board, JobView(kind="run", procedure="p", station="s"), NoLinks())
     story.take(Show({"plan": PLAN, "channels": CHANNELS}))
     block = Block(1000.0, 0, 0.0, {"t.load": np.array([1.0, 2.0], np.float32)})
@@ -289,7 +287,7 @@ def test_a_sample_on_the_screen_is_as_old_as_it_was_when_it_was_taken(board):
     assert channels_of(board)["t.load"] == (2.0, "2020-01-01T00:00:00.000Z")
 
 
-def test_samples_are_shown_while_the_clock_of_the_machine_is_set_back(board, monkeypatch):
+def test_samples_are_shown_when_system_clock_is_set_back(board, monkeypatch):
     story = Story(board, JobView(kind="run", procedure="p", station="s"), NoLinks())
     story.take(Show({"plan": PLAN, "channels": CHANNELS}))
     for value in (1.0, 2.0):
@@ -300,12 +298,12 @@ def test_samples_are_shown_while_the_clock_of_the_machine_is_set_back(board, mon
     assert channels_of(board)["t.load"][0] == 2.0
 
 
-def test_nothing_of_an_earlier_job_stays(board):
+def test_new_job_clears_the_earlier_one(board):
     story = Story(board, JobView(kind="run", procedure="p", station="s"), NoLinks())
     fresh = {name: board.get(name) for name in SECTIONS}
     story.take(Show({"plan": PLAN, "channels": CHANNELS}))
     story.take(event(RunStarted, **STARTED))
-    story.take(begun(1, "001"))
+    story.take(started(1, "001"))
     story.take(ended(0, action="set", values={"t.load": 1.0}, units={"t.load": "N"}))
     story.take(Values({"t.load": 999.0}, 1795435200.0, 0.5))
     story.take(event(Alarm, source="x", text="hot"))
@@ -325,7 +323,7 @@ def test_nothing_of_an_earlier_job_stays(board):
     assert {name: board.get(name) for name in SECTIONS} == fresh
 
 
-def scan_begun(index):
+def scan_started(index):
     fields = {"setpoints": {"t.frequency": 5.0}, "units": {"t.frequency": "Hz", "t.load": "N"}}
     return event(
         StepStarted, step=f"main[{index}]", index=index, action="scan", text="Scan", **fields
@@ -338,13 +336,13 @@ def row(point, load):
     return event(Scanned, step="main[1]", point=point, measurement="loads", **fields)
 
 
-def test_a_scan_shows_each_point_and_how_far_it_is(board):
+def test_scan_shows_its_points_and_progress(board):
     scan = step(1, "").model_copy(update={"scan_points": 4, "action": "scan"})
     story = Story(board, JobView(kind="run", procedure="p", station="s"), NoLinks())
-    story.take(planned(PlanView(estimated_s=20.0, steps=(SETTING.steps[0], scan))))
+    story.take(show_plan(PlanView(estimated_s=20.0, steps=(SETTING.steps[0], scan))))
     units = {"t.frequency": "Hz"}
     story.take(ended(0, action="set", values={"t.frequency": 5.0}, units=units))
-    story.take(scan_begun(1))
+    story.take(scan_started(1))
     events = board.events(-1)
     for point, load in enumerate((10.0, 20.0, 40.0)):
         story.take(row(point, load))
@@ -356,29 +354,29 @@ def test_a_scan_shows_each_point_and_how_far_it_is(board):
     assert (progress.scanned, progress.scan_points) == (3, 4)
     assert (progress.done_s, progress.left_s) == (10.0 + 7.5, 2.5)
     assert board.events(-1) == events
-    story.take(scan_begun(1))  # once more: from its first point
+    story.take(scan_started(1))  # once more: from its first point
     assert board.get("progress").scanned == 0
     story.take(ended(1, action="scan"))
     assert (board.get("progress").scanned, board.get("progress").scan_points) == (0, 0)
     assert board.get("progress").states == "oo"
 
 
-def test_what_is_read_now_is_among_the_readings_and_where_it_was_set_stays(board, story):
+def test_current_value_updates_reading_and_keeps_set_point(board, story):
     story.take(Show({"channels": CHANNELS, "plan": SETTING}))
     story.take(read_back(1, load=1000.0))
     story.take(Values({"t.load": 999.0, "t.temperature": 300.0}, 1795435200.0, 0.5))
-    (name,) = board.get("readings")  # what no step has set or read is among the channels alone
+    (name,) = board.get("readings")  # what no step has set or read is only among the channels
     now = board.get("readings")[name]
     assert (now.value, now.set, now.utc) == (999.0, 1000.0, "2026-11-23T12:00:00.000Z")
 
 
-def test_a_new_job_knows_nothing_of_the_rig_that_an_earlier_one_found(board, story):
+def test_new_job_has_no_readings_of_the_earlier_one(board, story):
     story.take(ended(0, action="set", values={"tester.load": 1000.0}, units={"tester.load": "N"}))
     Story(board, story.job, NoLinks())
     assert board.get("readings") == {}
 
 
-def test_an_interlock_is_active_until_it_clears_and_lists_stay_short(board, story):
+def test_interlock_is_active_until_cleared_and_alarm_list_is_bounded(board, story):
     fields = {"interlock": "hot", "does": "pause", "latency_s": 0.1}
     story.take(event(InterlockTripped, source="interlock hot", text="too hot", **fields))
     assert [(alarm.text, alarm.active) for alarm in board.get("alarms")] == [("too hot", True)]
@@ -390,7 +388,7 @@ def test_an_interlock_is_active_until_it_clears_and_lists_stay_short(board, stor
     assert board.get("alarms")[-1].text == "299"
 
 
-def test_no_interlock_of_a_run_that_has_ended_is_active(board, story):
+def test_end_of_run_deactivates_interlocks(board, story):
     fields = {"interlock": "hot", "does": "pause", "latency_s": 0.1}
     story.take(event(InterlockTripped, source="interlock hot", text="too hot", **fields))
     story.take(event(Alarm, source="x", text="odd"))
@@ -402,7 +400,7 @@ def test_no_interlock_of_a_run_that_has_ended_is_active(board, story):
 LIVE = LiveView(recordings=1, final=False, problem="", taken_s=0.1)
 
 
-def test_events_are_told_as_they_are_and_no_event_of_an_earlier_job_stays(board, story):
+def test_events_are_sent_and_cleared_by_the_next_job(board, story):
     story.take(event(RunStarted, **STARTED))
     story.take(event(StepEnded, step="a", index=0, action="read", ok=True, truth={"x": 1.0},
                      values={"t.load": nan}))  # fmt: skip
@@ -421,7 +419,7 @@ def test_events_are_told_as_they_are_and_no_event_of_an_earlier_job_stays(board,
     assert json.loads(board.events(-1)) == {"version": 1, "latest": numbers[-1], "items": []}
 
 
-def test_the_run_s_own_result_is_the_last_that_is_shown(board, story):
+def test_late_interim_result_does_not_replace_final_result(board, story):
     story.take(event(RunStarted, **STARTED))
     story.take(Analysed(LIVE))
     assert board.get("live") == LIVE
@@ -432,8 +430,8 @@ def test_the_run_s_own_result_is_the_last_that_is_shown(board, story):
     assert board.get("live") == final
 
 
-def test_a_process_that_dies_without_a_word_is_told_with_what_to_do(board, story):
-    for message in (event(RunStarted, **STARTED), begun(0), ended(0), begun(1, "001")):
+def test_lost_process_is_reported_with_advice(board, story):
+    for message in (event(RunStarted, **STARTED), started(0), ended(0), started(1, "001")):
         story.take(message)
     story.lost(-9)
     assert board.get("phase") == "finished"
@@ -445,7 +443,7 @@ def test_a_process_that_dies_without_a_word_is_told_with_what_to_do(board, story
 
 
 @pytest.mark.parametrize(("code", "outcome"), [("aborted", "aborted"), ("device", "error")])
-def test_a_job_that_never_began_says_why(board, story, code, outcome):
+def test_job_that_failed_to_start_shows_the_reason(board, story, code, outcome):
     story.take(Failed("it is so", "do this", code))
     finished = board.get("finished")
     assert board.get("phase") == "finished"
@@ -453,7 +451,7 @@ def test_a_job_that_never_began_says_why(board, story, code, outcome):
     assert (finished.run, finished.sealed) == ("", False)
 
 
-def test_a_preflight_fills_and_lets_start_only_without_a_failure(board):
+def test_preflight_allows_start_only_without_failures(board):
     story = Story(board, JobView(kind="preflight", procedure="p", station="s"), NoLinks())
     assert (board.get("phase"), board.get("preflight").done) == ("checking", False)
     good = PreflightItem(kind="disk", name="disk", state="warn", text="little")
@@ -468,7 +466,7 @@ def test_a_preflight_fills_and_lets_start_only_without_a_failure(board):
     assert preflight.items[0].fix == "look"
 
 
-def test_what_the_analyses_show_by_now_is_on_the_screen(board, story):
+def test_interim_findings_of_analyses_are_shown(board, story):
     of = ResultDefinition(name="voltage", text="output voltage", unit="V")
     now = MeasurementResult(of=of, estimate=Estimate(5.0, nan, nan, "V"), readings=300)
     story.take(LiveFindings(Findings(results=(now,))))

@@ -1,4 +1,4 @@
-"""Several stored runs at the panel: laid over each other, and charted."""
+"""Several stored runs at the panel: overlays and charts."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ CLIENT = {"X-Rigrunner-Client": "client-ann"}
 TORQUES = [0.70 + 0.001 * (5 * day % 11) for day in range(20)]
 HIGH = 0.90
 D2 = 1.128
-"""Of moving ranges of two values (ISO 7870-2, table 2)."""
+"""For moving ranges of two values (ISO 7870-2, table 2)."""
 
 
 @pytest.fixture(scope="module")
@@ -39,7 +39,7 @@ def client(runs):
         yield client
 
 
-def test_the_archive_is_brought_up_to_date_and_says_what_there_is_to_chart(client, runs):
+def test_archive_is_updated_and_lists_its_quantities(client, runs):
     assert not (runs / FILE).exists()
     updated = client.post("/api/v1/archive/update", json={}).json()
     assert (updated["runs"], updated["new"], updated["unreadable"]) == (21, 21, 0)
@@ -50,7 +50,7 @@ def test_the_archive_is_brought_up_to_date_and_says_what_there_is_to_chart(clien
     assert len(set(items)) == len(items)
 
 
-def test_a_chart_has_the_limits_of_its_baseline_and_names_the_run_beyond_them(client):
+def test_chart_has_baseline_limits_and_names_runs_beyond_them(client):
     client.post("/api/v1/archive/update", json={})
     study = client.get("/api/v1/trend", params={"quantity": "torque"}).json()
     (chart,) = study["charts"]
@@ -76,14 +76,14 @@ def test_a_chart_has_the_limits_of_its_baseline_and_names_the_run_beyond_them(cl
         ({"quantity": "none such"}, 422),
     ],
 )
-def test_what_cannot_be_charted_is_refused_with_a_message(client, query, status):
+def test_invalid_trend_query_is_refused_with_a_message(client, query, status):
     client.post("/api/v1/archive/update", json={})
     answer = client.get("/api/v1/trend", params=query)
     assert answer.status_code == status
     assert answer.json()["message"]
 
 
-def test_a_group_of_too_few_runs_has_a_reason_and_no_error(client):
+def test_group_of_too_few_runs_gives_a_reason_not_an_error(client):
     client.post("/api/v1/archive/update", json={})
     answer = client.get("/api/v1/trend", params={"quantity": "torque", "baseline": "200"})
     assert (answer.status_code, answer.json()["charts"]) == (200, [])
@@ -91,12 +91,12 @@ def test_a_group_of_too_few_runs_has_a_reason_and_no_error(client):
     assert reason == "there are 21 values, and the baseline is the first 200"
 
 
-def test_runs_are_laid_over_each_other_with_their_u(client, runs):
+def test_overlay_shows_results_with_their_uncertainty(client, runs):
     names = sorted(path.name for path in runs.iterdir() if path.is_dir())[:2]
     overlay = client.get("/api/v1/overlay", params={"runs": ",".join(names)}).json()
     torque = overlay["results"][0]
     assert [series["name"] for series in torque["series"]] == names
-    # the set-points of the document that was stored: 10 Hz and 20 Hz, f/1000 N·m above the headline
+    # set-points of the stored document: 10 Hz and 20 Hz, f/1000 N·m above the headline
     first = torque["series"][0]["points"]
     assert [(point["x"], point["y"], point["U"]) for point in first] == [
         (10.0, pytest.approx(TORQUES[0] + 0.01), 0.01),
@@ -112,7 +112,7 @@ def test_runs_are_laid_over_each_other_with_their_u(client, runs):
     assert len(curve["series"]) == 2
 
 
-def test_a_result_over_no_set_point_has_its_value_in_each_run():
+def test_result_without_set_point_has_one_value_per_run():
     def run(value, *, wear=None):
         def estimate(number):
             return {"value": number, "expanded_uncertainty_95": 0.1, "unit": "V"}
@@ -133,5 +133,5 @@ def test_a_result_over_no_set_point_has_its_value_in_each_run():
 
 
 @pytest.mark.parametrize("names", ["", ",".join("abcdefg"), "../../etc", "none-such"])
-def test_other_runs_are_not_laid_over(client, names):
+def test_overlay_of_invalid_runs_is_refused(client, names):
     assert client.get("/api/v1/overlay", params={"runs": names}).status_code in (400, 404)

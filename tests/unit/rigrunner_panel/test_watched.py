@@ -1,4 +1,4 @@
-"""The channels that the screen sees while nothing is recorded."""
+"""The channels that are read for the screen while nothing is recorded."""
 
 from __future__ import annotations
 
@@ -72,16 +72,16 @@ def test_every_channel_is_read_ten_times_a_second_at_most(planned, clock):
     assert sent[0].values.keys() == {channel.name for channel in channels_of(planned)}
 
 
-def test_a_slow_device_takes_a_fifth_of_the_time_at_most(planned, clock):
+def test_slow_device_is_read_a_fifth_of_the_time_at_most(planned, clock):
     rig = Rig(clock, takes_s=0.5)
     sent = watched_for(planned, rig, clock, 20.0)
     assert len(rig.reads) <= 9
     assert [message.interval_s for message in sent] == pytest.approx(
         [2.5] * len(sent)
-    )  # so old a value may become
+    )  # the age that a value may reach
 
 
-def test_a_device_that_does_not_answer_ends_nothing_and_is_left_alone(planned, clock):
+def test_lost_device_is_read_rarely_and_raises_nothing(planned, clock):
     rig = Rig(clock, is_lost=True)
     assert watched_for(planned, rig, clock, 11.0) == []
     assert len(rig.reads) == 3
@@ -91,7 +91,7 @@ def test_without_a_rig_nothing_is_read(planned):
     WatchedChannels(pytest.fail, planned.devices).look()
 
 
-def test_a_channel_has_the_unit_and_limits_that_people_know(planned):
+def test_channel_has_display_unit_and_limits(planned):
     channels = {channel.name: channel for channel in channels_of(planned)}
     temperature = channels["tester.temperature"]
     assert temperature.unit == "°C"

@@ -1,4 +1,4 @@
-"""Reads an HTML page for tests: its elements in order, and the text that a reader sees."""
+"""Reads an HTML page for tests: its elements in order, and its visible text."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ class Page(HTMLParser):
 
     elements: list = field(default_factory=list)
     text: list = field(default_factory=list)
-    opened: list = field(default_factory=list)
+    open_tags: list = field(default_factory=list)
 
     def __post_init__(self):
         super().__init__(convert_charrefs=True)
@@ -22,13 +22,13 @@ class Page(HTMLParser):
     def handle_starttag(self, tag, attrs):
         self.elements.append((tag, dict(attrs)))
         if tag not in VOID:
-            self.opened.append(tag)
+            self.open_tags.append(tag)
 
     def handle_endtag(self, tag):
-        assert self.opened.pop() == tag, f"</{tag}> closes another element"
+        assert self.open_tags.pop() == tag, f"</{tag}> closes another element"
 
     def handle_data(self, data):
-        if not {"style", "script"} & set(self.opened):
+        if not {"style", "script"} & set(self.open_tags):
             self.text.append(data)
 
     def all(self, tag):
@@ -45,5 +45,5 @@ def read_html(data: bytes) -> Page:
     page = Page()
     page.feed(data.decode("utf-8"))
     page.close()
-    assert page.opened == []
+    assert page.open_tags == []
     return page

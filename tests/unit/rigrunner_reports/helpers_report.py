@@ -1,7 +1,7 @@
-"""A made-up but plausible result, for tests of reports: no device, no engine, no analysis.
+"""A plausible made-up result for tests of reports: no device, no engine, no analysis.
 
-The torque is J alpha + support friction + bearing friction with a known truth, so that what a
-report must print can be worked out by hand.
+The torque is J alpha + support friction + bearing friction with a known truth, so that the
+values of a report can be computed by hand.
 """
 
 from __future__ import annotations
@@ -109,12 +109,12 @@ class PolynomialCurve:
 
 
 def friction(phase, level_nm, growth_rad):
-    """Return friction that turns over after each reversal within about `growth_rad`."""
+    """Return friction that changes its sign within about `growth_rad` after each reversal."""
     angle = swing_angle(phase, RATIO)
     top = np.arcsin(RATIO)
     rising = np.cos(phase) > -RATIO
-    way = np.where(rising, angle + top, top - angle)
-    return level_nm * np.where(rising, 1, -1) * (1 - 2 * np.exp(-way / growth_rad))
+    travel = np.where(rising, angle + top, top - angle)
+    return level_nm * np.where(rising, 1, -1) * (1 - 2 * np.exp(-travel / growth_rad))
 
 
 def waveforms(frequency_hz, load_n):
@@ -136,7 +136,9 @@ def swing_point(frequency_hz, load_n, *, cycles=30, outlier=None):
         kept[outlier] = False
         rejections = (Rejection(outlier, 0.4, "grubbs", 4.81, 2.908),)
     peaks = torque.max(axis=1)
-    peak_rejections = tuple(replace(one, value=float(peaks[one.index])) for one in rejections)
+    peak_rejections = tuple(
+        replace(rejection, value=float(peaks[rejection.index])) for rejection in rejections
+    )
     return SwingPoint(
         recording=f"{frequency_hz:g} Hz",
         set_frequency_hz=frequency_hz,
@@ -175,11 +177,11 @@ def run_data(run_id, procedure_id, title, **changes):
 
 
 def mean_peaks(points):
-    kept = [point.peak_nm[point.peak_kept] for point in points]
+    peaks = [point.peak_nm[point.peak_kept] for point in points]
     return Points(
         x=np.array([point.frequency_hz.value for point in points]),
-        y=np.array([values.mean() for values in kept]),
-        u_y=np.array([values.std(ddof=1) / np.sqrt(len(values)) for values in kept]),
+        y=np.array([values.mean() for values in peaks]),
+        u_y=np.array([values.std(ddof=1) / np.sqrt(len(values)) for values in peaks]),
     )
 
 
@@ -294,9 +296,9 @@ torque_of = TorqueDetails.of
 
 
 def changed(result, **changes):
-    """Return a result with other fields, of its own or of its torque's details."""
-    of_torque = {name for name in TorqueDetails.__dataclass_fields__ if name in changes}
-    torque = replace(TorqueDetails.of(result), **{name: changes.pop(name) for name in of_torque})
+    """Return a copy of the result with changed fields, its own or those of its torque details."""
+    names = {name for name in TorqueDetails.__dataclass_fields__ if name in changes}
+    torque = replace(TorqueDetails.of(result), **{name: changes.pop(name) for name in names})
     return replace(result, details=(torque,), **changes)
 
 
@@ -357,7 +359,7 @@ def loaded_result(**changes):
 
 
 def long_result(*, points, cycles, rejected):
-    """Return the result of a run of so many set-points, each of so many cycles and rejections."""
+    """Return the result of a run with these numbers of set-points, cycles and rejections."""
     loaded, no_load = (
         tuple(
             _longer(swing_point(float(frequency), load_n, outlier=7), cycles, rejected)
@@ -407,7 +409,7 @@ def no_load_result(**changes):
 
 
 def report_input(result=None, **changes):
-    """Return what a report is given; of a simulated rig unless `truth` says otherwise."""
+    """Return the input of a report, of a simulated rig unless `truth` says otherwise."""
     result = loaded_result() if result is None else result
     truth = {
         point.recording: {
@@ -440,5 +442,5 @@ def report_input(result=None, **changes):
 
 
 def deciding(decision, **changes):
-    """Return a decision by one limit alone, changed."""
+    """Return the decision with its deciding limit only, changed."""
     return replace(decision, parts=(replace(decision.deciding, **changes),))

@@ -1,4 +1,4 @@
-"""Sections that a stranger's installed package brings to the report."""
+"""Report sections from an installed third-party package."""
 
 from __future__ import annotations
 
@@ -62,7 +62,7 @@ def site(tmp_path):
     return tmp_path
 
 
-def shown(site, depth_um):
+def render_report(site, depth_um):
     path = os.pathsep.join([str(site), *filter(None, sys.path)])
     return subprocess.run(
         [sys.executable, "-c", SHOW, str(depth_um)],
@@ -73,8 +73,8 @@ def shown(site, depth_um):
     )
 
 
-def test_its_number_its_tile_and_its_section_stand_in_the_report(site):
-    page = shown(site, 12.5).stdout
+def test_plugin_headline_tile_and_section_are_in_the_report(site):
+    page = render_report(site, 12.5).stdout
     assert "Wear depth" in page
     assert '<span class="nowrap">12.5' in page
     assert '<li><a href="#track">Wear track</a></li>' in page
@@ -85,11 +85,11 @@ def test_its_number_its_tile_and_its_section_stand_in_the_report(site):
         < page.index("Wear track</h2>")
     )
     assert "never shown" not in page
-    assert "Deeper than" not in shown(site, 8).stdout
+    assert "Deeper than" not in render_report(site, 8).stdout
 
 
-def test_one_that_cannot_be_loaded_is_named(site):
+def test_sections_that_cannot_be_loaded_are_named(site):
     (site / "stranger_pages" / "__init__.py").write_text(PAGES.replace("SECTIONS =", "OTHERS ="))
-    done = shown(site, 8)
-    assert done.returncode != 0
-    assert "the report sections of 'stranger' cannot be loaded" in done.stderr
+    process = render_report(site, 8)
+    assert process.returncode != 0
+    assert "the report sections of 'stranger' cannot be loaded" in process.stderr

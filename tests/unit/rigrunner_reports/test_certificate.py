@@ -1,4 +1,4 @@
-"""Certificates as pages: every text in every language, nothing unescaped, a lab's own in front."""
+"""Certificate pages: languages, escaping, and a lab's own texts and templates."""
 
 from __future__ import annotations
 
@@ -58,24 +58,24 @@ EVIL = "'\"></td><script>alert(1)</script><img src=x onerror=alert(1)>{{ 7*7 }}"
 AT = {"seq": 1, "monotonic_s": 0.0, "utc": "2026-03-01T12:00:00.000Z"}
 
 ISSUED_RULES = ("simple", "guard_band_u", "guard_band_fraction", "non_binary")
-"""Of certificates that were issued: their pages are regenerated; other rules bring their words."""
+"""Rules on issued certificates, whose pages are regenerated; other rules bring their own texts."""
 
 
 OLD = Path(__file__).parents[2] / "data/0.1.0/certificates/SPECIMEN-DEMO-2026-0001.json"
-"""Of version 0.1.0, with limits in N·m by the names of its members."""
+"""A certificate of version 0.1.0, with the unit N·m in the names of its limit fields."""
 
 
-def test_a_risk_that_is_small_is_not_printed_as_none():
+def test_small_risk_is_not_printed_as_zero():
     wording = Wording(texts("de", {}))
     printed = [wording.percent(probability) for probability in (0.0, 3e-7, 0.025, 0.5, 1.0)]
     assert printed == ["< 0,01", "< 0,01", "2,5", "50", "100"]
 
 
-def test_a_result_without_uncertainty_is_named_with_its_place():
-    of = ResultDefinition(name="one", unit="V")
+def test_result_without_uncertainty_is_refused_with_its_coordinates():
+    definition = ResultDefinition(name="one", unit="V")
     at = {"bench.current": CoordinateValue(1.0, "A")}
     result = MeasurementResult(
-        of=of, estimate=Estimate(1.0, nan, nan, "V"), coordinates=at, readings=1
+        of=definition, estimate=Estimate(1.0, nan, nan, "V"), coordinates=at, readings=1
     )
     with pytest.raises(DataError, match=r"^one at bench.current = 1 A has no uncertainty"):
         named_of(SimpleNamespace(other_results=(result,)))
@@ -103,7 +103,7 @@ def certificate_of(source, letterhead, number="DEMO-2026-0007"):
     return make_certificate(source, order, letterhead, issue)
 
 
-def rendered(source, lab, language=""):
+def render_page(source, lab, language=""):
     letterhead = read_letterhead(lab, language)
     return html(CertificateInput(certificate_of(source, letterhead), letterhead))
 
@@ -111,7 +111,7 @@ def rendered(source, lab, language=""):
 def approved(source):
     """Return the same run as if it were of an approved procedure on a real rig."""
 
-    def of(run):
+    def with_approval(run):
         approval = {"state": "approved", "by": "B. Oss", "utc": "2026-01-02T00:00:00Z"}
         header = replace(run.header, approval=approval)
         return replace(run, info=replace(run.info, header=header))
@@ -123,8 +123,8 @@ def approved(source):
         instruments = {name: entry.model_copy(update=calibration) for name, entry in entries}
         return replace(data, instruments=instruments)
 
-    no_load = of(source.stored.partners["no_load"])
-    stored = replace(of(source.stored), partners={"no_load": no_load})
+    no_load = with_approval(source.stored.partners["no_load"])
+    stored = replace(with_approval(source.stored), partners={"no_load": no_load})
     result = source.result
     no_load_run = calibrated(result.run.partners["no_load"])
     run = replace(calibrated(result.run), partners={"no_load": no_load_run})
@@ -132,7 +132,7 @@ def approved(source):
 
 
 @pytest.mark.parametrize("language", shipped_languages())
-def test_every_language_has_every_text_with_the_same_names(language):
+def test_every_language_has_every_text_with_same_placeholders(language):
     reference, translated = shipped("en"), shipped(language)
     assert set(translated) == set(reference)
     for key, text in translated.items():
@@ -141,7 +141,7 @@ def test_every_language_has_every_text_with_the_same_names(language):
         assert names(text) == names(reference[key]), key
 
 
-def test_a_second_language_is_shipped_and_is_another():
+def test_german_texts_differ_from_english_texts():
     assert shipped_languages() == ["de", "en"]
     german, english = shipped("de"), shipped("en")
     same = {key for key in english if german[key] == english[key]}
@@ -164,28 +164,28 @@ def test_a_second_language_is_shipped_and_is_another():
         ("a sentence of a plugin", "a sentence of a plugin"),
     ],
 )
-def test_what_a_run_recorded_is_said_in_german_where_it_is_known(recorded, german):
+def test_recorded_text_is_translated_where_known(recorded, german):
     assert said("de")(recorded) == german
     assert said("en")(recorded) == recorded
 
 
-def test_the_panel_and_certificates_say_a_sentence_alike():
+def test_panel_and_certificates_share_translations():
     table = Path(rigrunner_panel.__file__).parent / "static/texts/said.de.json"
-    rooms = json.loads(table.read_bytes()).values()
-    # The panel has little room: its words may say where they can be broken.
-    of_the_panel = {
+    sections = json.loads(table.read_bytes()).values()
+    # The panel has little room: its texts may contain soft hyphens.
+    panel_texts = {
         english: german.replace("\N{SOFT HYPHEN}", "")
-        for room in rooms
-        for english, german in room.items()
+        for section in sections
+        for english, german in section.items()
     }
     texts = files("rigrunner_reports") / "certificate/texts/de.yaml"
-    ours = yaml.safe_load(texts.read_text(encoding="utf-8"))["said"]
-    common = set(ours) & set(of_the_panel)
+    certificate_texts = yaml.safe_load(texts.read_text(encoding="utf-8"))["said"]
+    common = set(certificate_texts) & set(panel_texts)
     assert len(common) > 150
-    assert {english for english in common if ours[english] != of_the_panel[english]} == set()
+    assert {text for text in common if certificate_texts[text] != panel_texts[text]} == set()
 
 
-def test_everything_that_a_certificate_can_say_by_a_code_has_its_words():
+def test_every_code_of_a_certificate_has_a_text():
     def options(model, field):
         return get_args(model.model_fields[field].annotation)
 
@@ -200,18 +200,18 @@ def test_everything_that_a_certificate_can_say_by_a_code_has_its_words():
 
 
 @pytest.mark.parametrize(("language", "words"), [("en", "as agreed"), ("de", "wie vereinbart")])
-def test_a_rule_of_a_plugin_is_printed_in_its_own_words(source, lab, language, words):
+def test_decision_rule_of_a_plugin_is_printed_with_its_own_text(source, lab, language, words):
     decision = replace(
         source.result.decision, rule="own: as agreed", rule_in={"de": "wie vereinbart"}
     )
     own_rule = replace(source, result=replace(source.result, decision=decision))
-    assert words in read_html(rendered(own_rule, lab, language)).words
+    assert words in read_html(render_page(own_rule, lab, language)).words
     letterhead = read_letterhead(lab, language)
     assert '"rule_words_in"' in certificate_json(certificate_of(own_rule, letterhead))
     assert '"rule_words_in"' not in certificate_json(certificate_of(source, letterhead))
 
 
-def test_a_limit_stands_beside_its_unit_and_those_of_old_are_read(source, lab):
+def test_limits_have_units_and_old_certificates_are_read(source, lab):
     new = certificate_of(source, read_letterhead(lab, "en"))
     (statement,) = json.loads(certificate_json(new))["conformity"]["statements"]
     assert not [name for name in statement if name.endswith("_nm")]
@@ -223,15 +223,15 @@ def test_a_limit_stands_beside_its_unit_and_those_of_old_are_read(source, lab):
     assert old.conformity.statements[0].guard_band == pytest.approx(0.01095, abs=1e-5)
 
 
-def test_one_of_an_approved_procedure_on_a_real_rig_is_no_specimen(source, lab):
-    page = read_html(rendered(approved(source), lab))
+def test_approved_procedure_on_real_rig_gives_no_specimen_certificate(source, lab):
+    page = read_html(render_page(approved(source), lab))
     assert "Specimen" not in page.words
     assert "approved by B. Oss on 2026-01-02" in page.words
     assert "C-7 Cal Lab 2026-01-02, 2099-01-02" in page.words
 
 
 @pytest.mark.parametrize("which", ["stored", "no_load"])
-def test_a_draft_of_either_run_makes_it_a_specimen(source, which):
+def test_draft_procedure_of_either_run_gives_a_specimen_certificate(source, which):
     source = approved(source)
     run = source.stored if which == "stored" else source.stored.partners["no_load"]
     edited = replace(run.header, approval={"state": "draft", "note": "changed after approval"})
@@ -244,11 +244,11 @@ def test_a_draft_of_either_run_makes_it_a_specimen(source, which):
 
 
 @pytest.mark.parametrize("requested", [True, False])
-def test_of_a_trial_nothing_is_certified(source, requested):
+def test_trial_is_not_certified(source, requested):
     source = approved(source)
     trial = {
-        n: i.model_copy(update={"calibration": "trial"})
-        for n, i in source.result.run.instruments.items()
+        name: entry.model_copy(update={"calibration": "trial"})
+        for name, entry in source.result.run.instruments.items()
     }
     run = replace(source.result.run, instruments=trial)
     source = replace(source, result=replace(source.result, run=run))
@@ -257,7 +257,7 @@ def test_of_a_trial_nothing_is_certified(source, requested):
 
 
 @pytest.mark.parametrize("requested", [True, False])
-def test_of_an_inconclusive_check_nothing_is_certified(source, requested):
+def test_inconclusive_check_prevents_certification(source, requested):
     source = approved(source)
     inconclusive = Consequence.INCONCLUSIVE
     failed = Check("clipping", ok=False, text="it clips", consequence=inconclusive)
@@ -267,7 +267,7 @@ def test_of_an_inconclusive_check_nothing_is_certified(source, requested):
     assert (restriction.code, restriction.detail) == ("inconclusive_check", "clipping")
 
 
-def test_what_people_did_and_what_went_wrong_is_listed(source, lab):
+def test_interventions_and_faults_are_listed(source, lab):
     events = (
         Intervention(**AT, action="override", by="O. Ver", reason="urgent", subject="overdue TQ-1"),
         Intervention(**AT, action="pause", by="P. Auser", reason="tea"),
@@ -277,7 +277,7 @@ def test_what_people_did_and_what_went_wrong_is_listed(source, lab):
     )
     former = (replace(source.stored.recordings[0], name="001_1Hz_try1"),)
     source = replace(source, stored=replace(source.stored, events=events, superseded=former))
-    words = read_html(rendered(source, lab)).words
+    words = read_html(render_page(source, lab)).words
     for line in (
         "Override overdue TQ-1; by O. Ver; reason: urgent 2026-03-01 12:00:00 UTC",
         "Intervention pause ; by P. Auser; reason: tea",
@@ -289,22 +289,22 @@ def test_what_people_did_and_what_went_wrong_is_listed(source, lab):
         assert line in words
 
 
-def test_no_text_of_anybody_becomes_markup(source, lab):
+def test_all_texts_are_escaped(source, lab):
     certificate = certificate_of(source, read_letterhead(lab))
 
-    def evil(value, key=""):
+    def spoiled(value, key=""):
         if key in {"files", "analysis"}:
             return value
         if isinstance(value, dict):
-            return {name: evil(item, name) for name, item in value.items()}
+            return {name: spoiled(item, name) for name, item in value.items()}
         if isinstance(value, list):
-            return [evil(item, key) for item in value]
+            return [spoiled(item, key) for item in value]
         fixed = ("rigrunner", "code", "kind", "what", "motion", "language", "calibration")
         keep = key in fixed or "sha256" in key or not isinstance(value, str)
         ours = key.startswith("printed") or key == "unit" or key.endswith("utc")
         return value if keep or ours else EVIL
 
-    content = evil(certificate.model_dump(mode="json"))
+    content = spoiled(certificate.model_dump(mode="json"))
     bad = Certificate.model_validate_json(json.dumps(content))
     letterhead = replace(read_letterhead(lab), style="</style><script>alert(2)</script>")
     letterhead = replace(letterhead, texts={"en": {"title": EVIL.replace("{{ 7*7 }}", "")}})
@@ -315,7 +315,7 @@ def test_no_text_of_anybody_becomes_markup(source, lab):
     assert parse_certificate(certificate_json(bad), "x") == bad
 
 
-def test_the_same_results_are_drawn_once_for_all_forms_and_numbers(source, lab, monkeypatch):
+def test_same_results_are_drawn_once_for_all_certificates(source, lab, monkeypatch):
     drawn = []
     monkeypatch.setattr(render, "draw", lambda picture: drawn.append(picture) or draw(picture))
     render._draw.cache_clear()
@@ -326,16 +326,16 @@ def test_the_same_results_are_drawn_once_for_all_forms_and_numbers(source, lab, 
     ]
     assert len(drawn) == 1
     assert pages[0] == pages[1]
-    of_each = [re.findall(r'src="(data:image/svg[^"]*)"', page) for page in pages]
-    assert of_each[0] == of_each[2]
-    assert max(map(len, of_each[2])) > 10_000  # the drawing, beside the logo
+    figures = [re.findall(r'src="(data:image/svg[^"]*)"', page) for page in pages]
+    assert figures[0] == figures[2]
+    assert max(map(len, figures[2])) > 10_000  # the drawing, beside the logo
 
 
-def test_own_texts_go_before_the_shipped_ones(source, lab):
+def test_texts_of_the_lab_override_shipped_texts(source, lab):
     (lab / "texts").mkdir()
     path = lab / "texts" / "en.yaml"
     path.write_text("rigrunner: texts/1\ntexts: {title: Report of test}\n")
-    page = read_html(rendered(source, lab))
+    page = read_html(render_page(source, lab))
     assert "Report of test DEMO-2026-0007" in page.words
     assert "Statement of conformity" in page.words
 
@@ -353,29 +353,27 @@ def test_own_texts_go_before_the_shipped_ones(source, lab):
         ),
     ],
 )
-def test_a_text_that_is_missing_or_wrong_is_an_error_not_a_blank(
-    source, lab, language, texts, message
-):
+def test_missing_or_wrong_text_is_an_error(source, lab, language, texts, message):
     (lab / "texts").mkdir()
     (lab / "texts" / f"{language}.yaml").write_text(f"rigrunner: texts/1\ntexts: {{{texts}}}\n")
     with pytest.raises(InvalidFileError, match=message):
-        rendered(source, lab, language)
+        render_page(source, lab, language)
 
 
-def test_a_whole_language_of_ones_own_is_enough(source, lab):
+def test_lab_can_add_a_language(source, lab):
     (lab / "texts").mkdir()
     lines = [f"  {json.dumps(k)}: {json.dumps('x' + t)}" for k, t in shipped("en").items()]
     text = "\n".join(["rigrunner: texts/1", "texts:", *lines])
     (lab / "texts" / "eo.yaml").write_text(text)
-    page = read_html(rendered(source, lab, "eo"))
+    page = read_html(render_page(source, lab, "eo"))
     assert page.all("html")[0]["lang"] == "eo"
     assert "xStatement of conformity" in page.words
 
 
-def test_own_templates_go_before_the_shipped_ones(source, lab):
+def test_templates_of_the_lab_override_shipped_templates(source, lab):
     (lab / "templates").mkdir()
     (lab / "templates" / "head.html.j2").write_text("<h1>Our own {{ c.number }}</h1>")
-    assert "Our own DEMO-2026-0007" in read_html(rendered(source, lab)).words
+    assert "Our own DEMO-2026-0007" in read_html(render_page(source, lab)).words
 
 
 @pytest.mark.parametrize(
@@ -387,21 +385,21 @@ def test_own_templates_go_before_the_shipped_ones(source, lab):
         ("{{ t('no such key') }}", "KeyError"),
     ],
 )
-def test_a_template_that_is_wrong_or_means_harm_is_told(source, lab, template, message):
+def test_broken_or_malicious_template_is_refused(source, lab, template, message):
     (lab / "templates").mkdir()
     (lab / "templates" / "head.html.j2").write_text(template)
     with pytest.raises(InvalidFileError, match=message):
-        rendered(source, lab)
+        render_page(source, lab)
 
 
-def test_without_weasyprint_it_says_how_to_get_pdf(monkeypatch):
+def test_missing_weasyprint_is_reported_with_install_hint(monkeypatch):
     monkeypatch.setitem(sys.modules, "weasyprint", None)
     with pytest.raises(MissingPackageError) as caught:
         pdf_maker(NoSettings())
     assert "rigrunner[pdf]" in caught.value.hint
 
 
-def test_without_pango_it_says_so_once_and_nothing_on_stdout(monkeypatch, capsys):
+def test_missing_pango_is_reported_without_output_on_stdout(monkeypatch, capsys):
     class Broken:
         def find_spec(self, name, *_):
             if name == "weasyprint":
@@ -415,14 +413,14 @@ def test_without_pango_it_says_so_once_and_nothing_on_stdout(monkeypatch, capsys
     assert capsys.readouterr().out == ""
 
 
-def test_a_specimen_claims_no_accreditation(source, lab):
+def test_specimen_claims_no_accreditation(source, lab):
     letterhead = read_letterhead(lab)
     accredited = letterhead.laboratory.model_copy(update={"accreditation": "D-PL-00000"})
     specimen = certificate_of(source, replace(letterhead, laboratory=accredited))
     assert specimen.restrictions
     real = specimen.model_copy(update={"restrictions": ()})
-    claimed = [
-        "D-PL-00000" in read_html(html(CertificateInput(each, letterhead))).words
-        for each in (real, specimen)
+    claims = [
+        "D-PL-00000" in read_html(html(CertificateInput(certificate, letterhead))).words
+        for certificate in (real, specimen)
     ]
-    assert claimed == [True, False]
+    assert claims == [True, False]

@@ -1,4 +1,4 @@
-"""The sections of a report: records, found in the modules of views."""
+"""The sections of a report, collected from the modules of views."""
 
 from __future__ import annotations
 
@@ -17,17 +17,17 @@ from unit.rigrunner_reports.helpers_report import loaded_result, no_load_result,
 
 
 @pytest.mark.parametrize("result", [loaded_result, no_load_result])
-def test_the_contents_name_every_section_in_its_order(result):
+def test_contents_list_every_section_in_order(result):
     page = html(report_input(result())).decode("utf-8")
     listed = re.findall(r'<li><a href="#([a-z]+)">', page)
     assert listed == re.findall(r'<section id="([a-z]+)"', page)
     assert len(listed) == len(set(listed)) >= 8
 
 
-def test_a_section_that_a_view_declares_stands_at_its_place():
+def test_section_declared_by_a_view_is_placed_in_order():
     report = report_input(loaded_result())
     names = [section.name for section, _ in contents(report, make_page(report))]
-    assert names[:2] == ["result", "frequency"], "no value has a limit: nothing is shown"
+    assert names[:2] == ["result", "frequency"], "no value has a limit: no such section"
     limited = [section.name for section, _ in contents(*with_limits(report))]
     assert limited[:3] == ["result", "measured", "frequency"]
 
@@ -47,7 +47,7 @@ def with_limits(report):
     return limited, make_page(limited)
 
 
-def test_a_run_without_an_analysis_shows_recordings_tables_and_events():
+def test_run_without_an_analysis_shows_recordings_tables_and_events():
     report, _ = with_limits(report_input(loaded_result(), events=EVENTS))
     run = report.result.run
     row = replace(run.measurements[0], name="idle", limits=(), values={"oven.temperature": 301.0})

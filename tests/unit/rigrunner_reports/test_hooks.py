@@ -7,7 +7,7 @@ from rigrunner.registry import load_registry
 from unit.rigrunner_reports.helpers_report import report_input
 
 
-def test_html_is_found_through_the_entry_point():
+def test_html_format_is_registered_by_entry_point():
     render = load_registry().make("report_format", "html", {})
     assert render(report_input()).startswith(b"<!DOCTYPE html>")
 
@@ -17,5 +17,5 @@ def test_declaring_the_formats_loads_no_heavy_library():
         "import sys, rigrunner_reports.hooks as h; h.rigrunner_report_formats();"
         "print([m for m in ('numpy', 'matplotlib', 'jinja2') if m in sys.modules])"
     )
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
-    assert done.stdout.strip() == "[]"
+    run = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert run.stdout.strip() == "[]"

@@ -1,4 +1,4 @@
-# ruff: noqa: RUF001  (typographic signs are what is looked for)
+# ruff: noqa: RUF001  (typographic signs are expected)
 from __future__ import annotations
 
 import re
@@ -49,7 +49,7 @@ def no_load():
 
 
 def small(result):
-    """Return the result with its first two set-points alone and no fits: quick to draw."""
+    """Return the result with only its first two set-points and no fits: quick to draw."""
     return changed(
         result,
         loaded=torque_of(result).loaded[:2],
@@ -63,11 +63,11 @@ def small(result):
 
 
 @pytest.mark.usefixtures("drawn_figures")
-def test_the_same_input_gives_the_same_bytes(loaded_bytes):
+def test_same_input_gives_the_same_bytes(loaded_bytes):
     assert html(report_input()) == loaded_bytes
 
 
-def test_nothing_is_loaded_and_nothing_runs(loaded, no_load):
+def test_page_loads_no_resources_and_runs_no_scripts(loaded, no_load):
     for page in (loaded, no_load):
         tags = {tag for tag, _ in page.elements}
         assert not tags & {"script", "link", "iframe", "object", "form", "base"}
@@ -77,13 +77,13 @@ def test_nothing_is_loaded_and_nothing_runs(loaded, no_load):
         assert not [a for _, attributes in page.elements for a in attributes if a.startswith("on")]
 
 
-def test_the_style_sheet_reaches_for_nothing(loaded_bytes):
+def test_style_sheet_loads_no_resources(loaded_bytes):
     style = re.search(rb"<style>(.*?)</style>", loaded_bytes, re.DOTALL)[1]
     assert b"url(" not in style
     assert b"@import" not in style
 
 
-def test_every_picture_is_svg_that_refers_to_itself_alone(loaded):
+def test_every_picture_is_self_contained_svg(loaded):
     for image in loaded.all("img"):
         tree = ET.fromstring(b64decode(image["src"].split(",")[1]))  # noqa: S314  (our own)
         assert tree.tag.endswith("}svg")
@@ -91,12 +91,12 @@ def test_every_picture_is_svg_that_refers_to_itself_alone(loaded):
         assert all(link.startswith("#") for link in links)
 
 
-def test_every_picture_says_its_numbers(loaded, no_load):
+def test_every_picture_has_numbers_in_its_alt_text(loaded, no_load):
     for page in (loaded, no_load):
         assert all(re.search(r"[0-9]\.[0-9]|[0-9] of [0-9]", e["alt"]) for e in page.all("img"))
 
 
-def test_the_page_has_its_landmarks_language_and_headings_in_order(loaded, no_load):
+def test_page_has_landmarks_language_and_ordered_headings(loaded, no_load):
     for page in (loaded, no_load):
         tags = [tag for tag, _ in page.elements]
         assert page.all("html")[0]["lang"] == "en"
@@ -105,50 +105,50 @@ def test_the_page_has_its_landmarks_language_and_headings_in_order(loaded, no_lo
         assert all(b <= a + 1 for a, b in pairwise(levels))
 
 
-def test_every_header_cell_has_its_scope_and_every_table_its_caption(loaded):
+def test_header_cells_have_scope_and_tables_have_captions(loaded):
     assert all(cell.get("scope") for cell in loaded.all("th"))
     assert len(loaded.all("caption")) == len(loaded.all("table"))
 
 
-def test_the_contents_lead_to_sections_that_are_there(loaded, no_load):
+def test_contents_link_to_existing_sections(loaded, no_load):
     for page in (loaded, no_load):
         ids = [attributes["id"] for _, attributes in page.elements if "id" in attributes]
         assert len(ids) == len(set(ids))
         assert {e["href"][1:] for e in page.all("a") if e["href"][0] == "#"} <= set(ids)
 
 
-def test_the_headline_is_rounded_to_its_uncertainty(loaded):
+def test_headline_is_rounded_to_its_uncertainty(loaded):
     assert "Td = 0.727 ± 0.012 N·m" in loaded.words
     assert re.search(PASSED, loaded.words)
     assert "Would it pass uncompensated? ✗ fail" in loaded.words
 
 
-def test_the_truth_is_marked_as_simulated_and_unseen(loaded):
+def test_simulated_truth_is_shown_with_the_error(loaded):
     assert f"Simulated rig: the truth {TRUTH_NM} N·m" in loaded.words
     assert "off by +1.2 mN·m, within its U" in loaded.words
 
 
-def test_a_real_rig_has_no_word_of_a_truth():
+def test_report_of_real_rig_does_not_mention_a_truth():
     page = read_html(html(report_input(small(loaded_result()), truth={})))
     assert "truth" not in page.words.lower()
     assert "simulated rig" not in page.words.lower()
 
 
-def test_the_number_is_said_to_be_conditional_on_the_allowance(loaded):
+def test_result_states_its_allowance_and_measurand(loaded):
     assert "beyond the stated allowance of 1.0 %" in loaded.words
     assert "not the breakaway torque from rest" in loaded.words
 
 
-def test_the_published_method_is_cited_and_shown_as_it_is(loaded):
+def test_published_method_is_cited_with_its_error(loaded):
     assert "Machines 2025, 13(11), 976" in loaded.words
     assert "its error is −163 mN·m at 1 Hz to +165 mN·m at 35 Hz" in loaded.words
 
 
-def test_a_method_that_cannot_be_used_says_why(loaded):
+def test_method_that_is_not_applicable_gives_the_reason(loaded):
     assert "tacho_only is not applicable to this run: there is no tacho channel" in loaded.words
 
 
-def test_a_no_load_run_has_peaks_and_fits_but_no_verdict(no_load):
+def test_no_load_run_has_peaks_and_fits_but_no_verdict(no_load):
     assert "No-load torque of the rig".lower() in no_load.words.lower()
     assert "Verdict" not in no_load.words
     assert "not fitted: two points are not enough here" in no_load.words
@@ -156,7 +156,7 @@ def test_a_no_load_run_has_peaks_and_fits_but_no_verdict(no_load):
 
 
 @pytest.mark.usefixtures("drawn_figures")
-def test_what_a_lab_writes_is_shown_and_never_becomes_markup():
+def test_texts_of_the_lab_are_escaped():
     base = small(loaded_result())
     run = replace(
         base.run,
@@ -178,7 +178,7 @@ def test_what_a_lab_writes_is_shown_and_never_becomes_markup():
     assert page.words.count(HOSTILE) >= 10
 
 
-def test_hidden_characters_of_what_a_device_said_are_seen_in_the_report():
+def test_hidden_characters_from_devices_are_made_visible():
     data = html(
         report_input(
             small(loaded_result()),
@@ -190,7 +190,7 @@ def test_hidden_characters_of_what_a_device_said_are_seen_in_the_report():
     assert not refused_character(data)
 
 
-def test_a_run_that_was_stopped_has_no_verdict():
+def test_aborted_run_has_no_verdict():
     base = small(loaded_result())
     page = read_html(html(report_input(replace(base, run=replace(base.run, outcome="aborted")))))
     assert "This run ended as 'aborted'" in page.words
@@ -198,7 +198,7 @@ def test_a_run_that_was_stopped_has_no_verdict():
     assert not re.search(PASSED, page.words)
 
 
-def test_without_a_result_the_reason_stands_in_its_place():
+def test_missing_result_is_reported_as_inconclusive():
     base = small(loaded_result())
     primary = replace(
         torque_of(base).compensations["template_inverse"],
@@ -227,7 +227,7 @@ def test_without_a_result_the_reason_stands_in_its_place():
     assert "Probability of conformity: not determined" in page.words
 
 
-def test_checks_that_were_not_made_are_counted_apart_and_named():
+def test_skipped_checks_are_counted_separately_and_named():
     checks = (skipped("coupling", "no frequency is stated"), Check("zero", ok=True, text="agrees"))
     base = small(loaded_result())
     methods = {
@@ -238,7 +238,7 @@ def test_checks_that_were_not_made_are_counted_apart_and_named():
     assert "– not made coupling not checked: no frequency is stated" in page.words
 
 
-def test_a_check_says_its_effect_and_a_note_is_no_failure():
+def test_check_shows_its_effect_and_note_is_not_a_failure():
     biases = (Bias("mean", 0.012, 0.004), Bias("1 Hz", 0.001, 0.004), Bias("35 Hz", 0.031, 0.008))
     budget = Check("play", ok=False, text="it plays", biases=biases, consequence=Consequence.BUDGET)
     note = Check("cycles", ok=True, text="8 of them", consequence=Consequence.NOTE)
@@ -258,7 +258,7 @@ def test_a_check_says_its_effect_and_a_note_is_no_failure():
 
 
 @pytest.mark.usefixtures("drawn_figures")
-def test_a_run_of_one_point_without_fits_is_reported():
+def test_run_of_one_point_without_fits_is_reported():
     base = small(loaded_result())
     result = changed(
         base,
@@ -275,13 +275,13 @@ def test_a_run_of_one_point_without_fits_is_reported():
     assert "One set-point, 1 Hz, under 1000 N" in page.words
 
 
-def test_no_line_ends_between_a_number_and_its_unit_or_sign(loaded_bytes):
+def test_no_line_break_between_number_and_unit_or_sign(loaded_bytes):
     result = loaded_bytes.decode().split('<section id="result">')[1].split("</section>")[0]
     assert re.search(r"\d\u00a0N·m", result)
     assert re.findall(r"\d (?:N·m|mN·m|Hz|%|N)\b|(?:[=≤±]|&gt;) \d|\b[kUw] =", result) == []
 
 
-def test_a_text_for_css_cannot_end_its_string():
+def test_css_string_escapes_its_delimiters():
     assert (
         css_string('a"; } </style>\n')
         == r'"a\000022 \00003b  \00007d  \00003c \00002f style\00003e \00000a "'
@@ -300,7 +300,7 @@ def luminance(colour):
     return sum(w * c for w, c in zip((0.2126, 0.7152, 0.0722), linear, strict=True))
 
 
-def test_text_colours_keep_a_contrast_of_4_5_on_every_ground(loaded_bytes):
+def test_text_colours_have_contrast_of_4_5_on_every_background(loaded_bytes):
     style = loaded_bytes.decode("utf-8").split("</style>")[0]
     colours = dict(re.findall(r"--([a-z]+): (#[0-9a-f]{6})", style))
     assert {"ink", "soft", "blue", "pass", "fail", "middle"} <= set(colours)

@@ -1,4 +1,4 @@
-"""Equations as MathML: what a reader sees is what was written."""
+"""Equations rendered as MathML."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ BETWEEN = {"mfrac": "/", "msup": "^", "msub": "_"}
 
 
 def read(element):
-    """Return MathML as a person reads it aloud, each group in braces."""
+    """Return MathML as plain text, each group in braces."""
     parts = [read(child) for child in element]
     if element.tag in BETWEEN:
         return f"{{{BETWEEN[element.tag].join(parts)}}}"
@@ -48,7 +48,7 @@ def read(element):
         ("number_1 + t", "0 °C+t"),
     ],
 )
-def test_what_is_seen_is_what_was_written(text, shown):
+def test_mathml_shows_the_written_expression(text, shown):
     formula = Formula(of="r", symbol="Y", text=text, quantities={"number_1": "0 °C"})
     root = ET.fromstring(str(equation(formula)))  # noqa: S314  (our own)
     assert read(root) == f"Y={shown}"

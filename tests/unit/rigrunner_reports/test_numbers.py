@@ -1,4 +1,4 @@
-# ruff: noqa: RUF001  (typographic signs are what is looked for)
+# ruff: noqa: RUF001  (typographic signs are expected)
 from __future__ import annotations
 
 from math import inf, nan
@@ -21,7 +21,7 @@ from rigrunner_reports.numbers import (
 )
 
 
-def test_expanded_uncertainty_has_two_digits_and_the_value_its_place():
+def test_expanded_uncertainty_has_two_digits_and_rounds_the_value():
     # the normal quantile 1.959964: U = 0.01215
     shown = stated(Estimate(0.72744, 0.0062))
     assert (shown.interval, shown.factor, str(shown)) == (
@@ -31,24 +31,24 @@ def test_expanded_uncertainty_has_two_digits_and_the_value_its_place():
     )
 
 
-def test_the_coverage_factor_follows_the_degrees_of_freedom():
+def test_coverage_factor_follows_the_degrees_of_freedom():
     # Student's t of two-sided 95 % at 9 degrees of freedom is 2.262157 (GUM table G.2)
     shown = stated(Estimate(10.0, 1.0, 9.0, "Hz"))
     assert (shown.value, shown.expanded, shown.factor) == ("10.0", "2.3", "2.26")
 
 
-def test_an_uncertainty_that_rounds_up_to_the_next_decade_loses_a_place():
+def test_rounding_up_to_next_decade_drops_a_decimal_place():
     assert [places(value) for value in (0.0994, 0.0996, 0.012, 9.96, 12.0, 120.0)] == [
         *(3, 2, 3, 0, 0, -1)
     ]
 
 
 @pytest.mark.parametrize("u", [0.0, nan, inf])
-def test_without_a_usable_uncertainty_four_decimals_are_shown(u):
+def test_value_without_usable_uncertainty_has_four_decimals(u):
     assert stated(Estimate(0.726249, u)).value == "0.7262"
 
 
-def test_an_unknown_uncertainty_is_said_to_be_unknown():
+def test_nan_uncertainty_is_shown_as_unknown():
     assert stated(Estimate(0.7, nan, nan)).interval == "0.7000 ± unknown"
     assert stated(Estimate(5.25e-6, nan, nan)).interval == "0.000005250 ± unknown"  # not 0.0000
     assert stated(Estimate(12.34567, nan, nan)).value == "12.3457"
@@ -86,18 +86,18 @@ def test_numbers_far_from_one_have_a_power_of_ten():
     assert significant(400.0) == "400.0"
 
 
-def test_a_coefficient_and_its_uncertainty_share_a_power_of_ten():
+def test_coefficient_and_its_uncertainty_share_a_power_of_ten():
     shown = with_standard_uncertainty(0.0002324, 4.1e-7, "kg·m²")
     assert shown == "(2.3240 ± 0.0041) × 10⁻⁴ kg·m²"
     assert with_standard_uncertainty(400.31, 0.62, "Hz") == "400.31 ± 0.62 Hz"
 
 
-def test_what_is_less_than_its_uncertainty_is_scaled_by_the_uncertainty():
+def test_value_below_its_uncertainty_is_scaled_by_the_uncertainty():
     assert with_standard_uncertainty(0.001, 0.027, "1") == "0.001 ± 0.027 1"
     assert with_standard_uncertainty(0.0, 1.1e-6, "s") == "(0.0 ± 1.1) × 10⁻⁶ s"
 
 
-def test_an_estimate_alone_keeps_its_power_of_ten():
+def test_estimate_alone_keeps_its_power_of_ten():
     assert to_place_of(1e5, 1155.0) == "1.000 × 10⁵"
     assert to_place_of(0.0002324, 4.1e-7) == "2.3240 × 10⁻⁴"
     assert to_place_of(35.00001, 7.4e-5) == "35.000010"

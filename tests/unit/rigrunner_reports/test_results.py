@@ -1,4 +1,4 @@
-"""The section of results: its budgets."""
+"""The budgets in the section of results."""
 
 from __future__ import annotations
 
@@ -13,17 +13,17 @@ from rigrunner_reports.view.results import result_views
 
 def budget_of(unit, *lines):
     """Return (u, unit, sensitivity, contribution) of each line of a result's budget."""
-    named = MeasurementResult(
+    measurement = MeasurementResult(
         of=ResultDefinition(name="volume", unit=unit),
         estimate=Estimate(9.992, 0.003, unit=unit),
         components=tuple(
-            Component("x", u=abs(c * u), dof=9.0, distribution="t", common=True, unit=of,
+            Component("x", u=abs(c * u), dof=9.0, distribution="t", common=True, unit=input_unit,
                       input_u=u, sensitivity=c)
-            for u, of, c in lines
+            for u, input_unit, c in lines
         ),
     )  # fmt: skip
     result = SimpleNamespace(
-        other_results=(named,), missing=(), decision=None, formulas=(), tables=()
+        other_results=(measurement,), missing=(), decision=None, formulas=(), tables=()
     )
     (view,) = result_views(result)
     return [
@@ -43,7 +43,5 @@ def budget_of(unit, *lines):
         ("V/W", (2e-6, "widgets", 2.0), ("2.00 x 10⁻⁶", "widgets", "2.00", "4.00 x 10⁻⁶")),
     ],
 )
-def test_an_input_of_a_budget_has_the_unit_of_the_result_or_one_that_is_easy_to_read(
-    unit, line, shown
-):
+def test_budget_input_has_unit_of_the_result_or_a_readable_one(unit, line, shown):
     assert budget_of(unit, line) == [shown]

@@ -1,4 +1,4 @@
-"""Reports on many runs: what they say, and that they stay small however many there are."""
+"""Reports on many runs: their content, and that their size stays bounded."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from unit.rigrunner_reports.helpers_html import read_html
 
 pytestmark = pytest.mark.figures
 
-BIGGEST = 700_000
+MAX_BYTES = 700_000
 
 
 @pytest.fixture(scope="module")
@@ -25,7 +25,7 @@ def pages():
     return [read_html(html(study)).words for study in study_inputs()]
 
 
-def test_a_trend_says_its_state_its_limits_and_what_was_left_out(pages):
+def test_trend_shows_state_limits_and_omitted_runs(pages):
     trend = study_inputs()[0]
     (series,) = trend.series
     assert "Out of control" in pages[0]
@@ -37,22 +37,22 @@ def test_a_trend_says_its_state_its_limits_and_what_was_left_out(pages):
     assert "EWMA : the weighted mean beyond its limits" in pages[1]
 
 
-def test_a_capability_says_its_intervals(pages):
+def test_capability_shows_its_intervals(pages):
     (index,) = study_inputs()[2].series[0].capability.indices
     assert f"{index.value:.2f}" in pages[2]
     assert f"{index.low:.2f} to {index.high:.2f}" in pages[2]
 
 
-def test_a_gauge_study_names_parts_and_operators_by_the_letters_of_its_figures(pages):
+def test_gauge_study_labels_parts_and_operators_with_letters(pages):
     study = study_inputs()[3]
     deviations = study.analysis.components
     assert f"{100 * deviations.gauge / deviations.total:.1f} %" in pages[3]
     assert f"{600 * deviations.gauge / study.tolerance:.1f}" in pages[3]
     assert "Operators: A A, B <script>" in pages[3]
-    assert [letter(place) for place in (0, 25, 26, 51, 52)] == ["A", "Z", "AA", "AZ", "BA"]
+    assert [letter(index) for index in (0, 25, 26, 51, 52)] == ["A", "Z", "AA", "AZ", "BA"]
 
 
-def test_a_chart_without_anything_after_the_baseline_says_so():
+def test_chart_without_runs_after_the_baseline_says_so():
     study = study_inputs()[0]
     (series,) = study.series
     points = tuple(replace(point, baseline=True) for point in series.points)
@@ -60,18 +60,18 @@ def test_a_chart_without_anything_after_the_baseline_says_so():
     assert "no run is beyond the baseline as yet" in read_html(shown).words
 
 
-def test_a_report_stays_small_however_many_runs_there_are():
+def test_report_on_many_runs_stays_small():
     values = np.random.default_rng(1).normal(size=20_000)
     start = datetime(2026, 1, 1, tzinfo=UTC)
-    observed = [
-        Observed(f"r{place}", start + timedelta(hours=place), float(value), 0.1)
-        for place, value in enumerate(values)
+    observations = [
+        Observed(f"r{index}", start + timedelta(hours=index), float(value), 0.1)
+        for index, value in enumerate(values)
     ]
-    how = Charting()
-    series = control_chart("all", observed, how)
+    charting = Charting()
+    series = control_chart("all", observations, charting)
     assert len(series.alarms) > 200
     study = Trend(
-        quantity="torque", unit="N·m", asked={}, chart="i-mr", rules=how.rule_texts(),
+        quantity="torque", unit="N·m", asked={}, chart="i-mr", rules=charting.rule_texts(),
         series=(series,),
     )  # fmt: skip
-    assert len(html(study)) < BIGGEST
+    assert len(html(study)) < MAX_BYTES

@@ -1,4 +1,4 @@
-# ruff: noqa: RUF001  (typographic signs are what is looked for)
+# ruff: noqa: RUF001  (typographic signs are expected)
 from __future__ import annotations
 
 from dataclasses import replace
@@ -12,9 +12,9 @@ from rigrunner.api.data import Estimate
 from rigrunner.api.instruments import Instrument
 from rigrunner.api.verdict import Verdict
 from rigrunner_bearings.report.view.budget import degrees_of_freedom
-from rigrunner_reports.view import decision as decided
 from rigrunner_reports.view import run
 from rigrunner_reports.view.checks import check_rows
+from rigrunner_reports.view.decision import DecisionView
 from rigrunner_reports.view.instruments import instruments
 from unit.rigrunner_reports.helpers_report import (
     INSTRUMENT,
@@ -41,11 +41,11 @@ def test_failed_checks_come_first_with_their_method(result):
     ]
 
 
-def test_a_check_that_was_not_made_is_none_that_passed(result):
+def test_skipped_check_does_not_count_as_passed(result):
     rows = check_rows(replace(result, checks=(*result.checks, skipped("load", "no load is known"))))
     assert [row.name for row in rows if not row.was_made] == ["load"]
     assert [row.ok for row in rows] == [False, False, True, True, True]
-    assert rows[2].name == "load", "after what failed, before what passed"
+    assert rows[2].name == "load", "after failed checks, before passed ones"
 
 
 @pytest.mark.parametrize(
@@ -54,23 +54,23 @@ def test_a_check_that_was_not_made_is_none_that_passed(result):
 )
 def test_probabilities_are_not_shown_as_certain(result, probability, text):
     decision = deciding(result.decision, probability=probability)
-    assert decided.DecisionView(decision, complete=True).deciding.probability == text
+    assert DecisionView(decision, complete=True).deciding.probability == text
 
 
 @pytest.mark.parametrize("verdict", Verdict)
 def test_every_verdict_has_symbol_and_word(result, verdict):
-    shown = decided.DecisionView(deciding(result.decision, verdict=verdict), complete=True).verdict
+    shown = DecisionView(deciding(result.decision, verdict=verdict), complete=True).verdict
     assert shown.symbol
     assert shown.word == str(verdict)
 
 
-def test_a_stopped_run_has_no_verdict_but_what_the_rule_would_say(result):
-    shown = decided.DecisionView(result.decision, complete=False)
+def test_stopped_run_has_no_verdict_but_shows_outcome_of_rule(result):
+    shown = DecisionView(result.decision, complete=False)
     assert shown.verdict.word == "no verdict"
     assert "the rule would say: pass" in shown.reason
 
 
-def test_an_overdue_instrument_is_called_overdue(result):
+def test_overdue_instrument_is_marked(result):
     late = INSTRUMENT.model_copy(update={"due": date(2026, 3, 1)})
     on_the_day = INSTRUMENT.model_copy(update={"due": date(2026, 3, 2)})
     unzeroed = replace(result.run, instruments={"a": late, "b": on_the_day}, zeros={})
@@ -91,14 +91,14 @@ def test_accuracy_limits_are_shown_in_their_units(result):
     assert row["Zero taken off"] == "+0.0123 N·m"
 
 
-def test_a_zeroed_force_is_in_newtons(result):
+def test_zeroed_force_is_in_newtons(result):
     cell = Instrument.model_validate({"channel": "press.force", "measures": "force", "serial": "1"})
     run = replace(result.run, instruments={"press.force": cell}, zeros={"press.force": -0.25})
     (row,) = map(dict, instruments(run))
     assert row["Zero taken off"] == "-0.25 N"
 
 
-def test_an_entry_says_what_its_calibration_covers(result):
+def test_instrument_entry_shows_what_its_calibration_covers(result):
     cell = {
         "channel": "tester.load",
         "measures": "force",
@@ -116,8 +116,8 @@ def test_an_entry_says_what_its_calibration_covers(result):
         },
     }
     angle = {"channel": "t.angle", "measures": "angle", "serial": "1", "calibration": "simulated"}
-    others = {entry["channel"]: Instrument.model_validate(entry) for entry in (cell, angle)}
-    load, encoder = map(dict, instruments(replace(result.run, instruments=others)))
+    entries = {entry["channel"]: Instrument.model_validate(entry) for entry in (cell, angle)}
+    load, encoder = map(dict, instruments(replace(result.run, instruments=entries)))
     assert load["Number"] == "LC-3"
     assert load["Certificate"] == "D-1, A lab"
     assert (load["Calibrated"], load["Calibration due"]) == ("2026-01-02", "2027-01-02")
@@ -131,38 +131,38 @@ def with_no_load(result, run):
     return replace(result, run=replace(result.run, partners={"no_load": run}))
 
 
-def test_a_run_on_a_draft_is_not_for_certification(result):
+def test_run_of_draft_procedure_is_not_for_certification(result):
     approved = {"state": "approved", "by": "A. Jones", "utc": "2026-02-01T10:00:00Z"}
     changed = {"state": "draft", "note": "the procedure was changed after its approval"}
-    of = {
+    results = {
         name: replace(result, run=replace(result.run, approval=approval))
         for name, approval in (("approved", approved), ("changed", changed), ("unknown", {}))
     }
-    no_load = replace(of["changed"].run, approval=approved)
-    of["approved"] = with_no_load(of["approved"], no_load)
-    assert run.restrictions(of["approved"]) == ()
-    on_draft = with_no_load(of["approved"], replace(no_load, approval={}))
+    no_load = replace(results["changed"].run, approval=approved)
+    results["approved"] = with_no_load(results["approved"], no_load)
+    assert run.restrictions(results["approved"]) == ()
+    on_draft = with_no_load(results["approved"], replace(no_load, approval={}))
     assert run.restrictions(on_draft) == (
         "Not for certification: the procedure of the no-load run was a draft.",
     )
-    assert "changed after its approval" in run.restrictions(of["changed"])[0]
-    assert "Not for certification" in run.restrictions(of["unknown"])[0]
-    assert dict(run.facts(of["approved"]))["State"] == ("approved by A. Jones on 2026-02-01")
+    assert "changed after its approval" in run.restrictions(results["changed"])[0]
+    assert "Not for certification" in run.restrictions(results["unknown"])[0]
+    assert dict(run.facts(results["approved"]))["State"] == ("approved by A. Jones on 2026-02-01")
 
 
-def test_what_was_let_pass_stands_above_the_number():
+def test_only_override_events_are_listed_as_overrides():
     events = [{"utc": "", "kind": kind, "text": kind} for kind in ("note", "override", "abort")]
     assert run.overrides(events) == ("override",)
 
 
-def test_a_period_over_midnight_has_both_dates(result):
+def test_period_over_midnight_has_both_dates(result):
     late = replace(result.run, ended_utc="2026-03-03T00:10:00Z")
     assert dict(run.facts(replace(result, run=late)))["Performed"] == (
         "2026-03-02 09:15:00 to 2026-03-03 00:10:00 UTC"
     )
 
 
-def test_settings_are_shown_by_the_name_of_their_plugin(result):
+def test_settings_are_listed_under_their_plugin(result):
     assert dict(run.settings(result)) == {
         "despike › window": "11",
         "outliers › grubbs › alpha": "0.05",
@@ -171,7 +171,7 @@ def test_settings_are_shown_by_the_name_of_their_plugin(result):
     }
 
 
-def test_an_unfinished_no_load_run_is_said_above_the_number(result):
+def test_unfinished_no_load_run_gives_a_warning(result):
     assert run.warnings(result) == ()
     stopped = with_no_load(result, replace(result.run.partners["no_load"], outcome="error"))
     assert run.warnings(stopped) == (
@@ -180,10 +180,10 @@ def test_an_unfinished_no_load_run_is_said_above_the_number(result):
 
 
 def test_several_limits_are_listed_one_by_one(result):
-    only, (mean,) = result.decision, result.decision.parts
-    assert decided.DecisionView(only, complete=True).parts == ()
+    decision, (mean,) = result.decision, result.decision.parts
+    assert DecisionView(decision, complete=True).parts == ()
     at_35 = replace(mean, of="35 Hz", verdict=Verdict.FAIL, result=Estimate(1.2, 0.01, inf))
-    rows = decided.DecisionView(replace(only, parts=(mean, at_35)), complete=True).parts
+    rows = DecisionView(replace(decision, parts=(mean, at_35)), complete=True).parts
     assert [(row.decision.of, row.verdict.word) for row in rows] == [
         ("mean", "pass"),
         ("35 Hz", "fail"),
@@ -191,24 +191,24 @@ def test_several_limits_are_listed_one_by_one(result):
     assert rows[1].result.startswith("1.200 ± 0.020")
 
 
-def test_the_risk_of_the_rule_is_stated(result):
-    stated = deciding(
+def test_risk_of_the_decision_rule_is_stated(result):
+    decision = deciding(
         result.decision, guard_band=0.01, false_accept_risk=0.025, false_reject_risk=0.975
     )
-    shown = decided.DecisionView(stated, complete=True).deciding
+    shown = DecisionView(decision, complete=True).deciding
     assert shown.risk == "at most 2.50 % of a false pass; at most 97.50 % of a false fail"
     assert shown.guard_band == "0.0100 N·m"
-    without = decided.DecisionView(result.decision, complete=True).deciding
+    without = DecisionView(result.decision, complete=True).deciding
     assert (without.risk, without.guard_band) == ("not determined", "")
 
 
-def test_an_imported_run_says_who_made_it(result):
+def test_imported_run_names_its_program_and_author(result):
     assert run.import_notes(result) == ()
-    by = {"program": "Old.vi", "by": "A. Jones"}
-    loaded, no_load = (replace(data, imported=by) for data in (result.run, result.run))
+    source = {"program": "Old.vi", "by": "A. Jones"}
+    loaded, no_load = (replace(data, imported=source) for data in (result.run, result.run))
     (text,) = run.import_notes(with_no_load(replace(result, run=loaded), no_load))
     assert "Old.vi made the recordings of this run and of the no-load run, not Rigrunner." in text
-    by_another = replace(no_load, imported=by | {"by": "B. Lee"})
+    by_another = replace(no_load, imported=source | {"by": "B. Lee"})
     first, second = run.import_notes(with_no_load(replace(result, run=loaded), by_another))
     assert "of this run, not" in first
     assert "as B. Lee states them" in second

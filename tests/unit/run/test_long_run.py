@@ -21,7 +21,7 @@ def test_analysis_by_blocks_equals_analysis_in_memory(quick, monkeypatch):
     short_cycles(monkeypatch, 2000)
     monkeypatch.setattr("rigrunner.runfile.entry.IN_MEMORY", 0)
     longest, read_slice = [], StoredSamples.__getitem__
-    unpacked, unpack = Counter(), StoredSamples._unpacked
+    unpacked, unpack = Counter(), StoredSamples._unpack
 
     def slice_and_note(self, selection):
         part = read_slice(self, selection)
@@ -34,7 +34,7 @@ def test_analysis_by_blocks_equals_analysis_in_memory(quick, monkeypatch):
         return part
 
     monkeypatch.setattr(StoredSamples, "__getitem__", slice_and_note)
-    monkeypatch.setattr(StoredSamples, "_unpacked", unpack_and_count)
+    monkeypatch.setattr(StoredSamples, "_unpack", unpack_and_count)
     result = analyse_run(quick.loaded, load_registry())
     assert 0 < max(longest) < 5000 < max(recording.samples for recording in stored.recordings)
     assert unpacked, "and each channel once"
