@@ -31,15 +31,15 @@ LEFT_OUT = {
         "unit/analysis/test_document.py",
         "unit/analysis/test_evidence.py",
         "unit/analysis/test_scrutiny.py",
-        "unit/cli/test_attending.py::test_a_specimen_that_was_tested_before_is_noted",
+        "unit/cli/test_attending.py::test_previously_tested_specimen_is_noted",
         "unit/cli/test_summary.py",
         "unit/documents/certifying",
         "unit/documents/test_decided_certificate.py",
         "unit/documents/verifying/test_run.py",
         "unit/rigrunner_fleet/archive/test_indexing.py::test_latest_decision_gives_the_verdict",
-        "unit/rigrunner_fleet/archive/test_indexing.py::test_the_rows_of_a_real_run_are",
-        "unit/rigrunner_fleet/notebook/test_run.py::test_the_points_of_a_run_are",
-        "unit/rigrunner_fleet/notebook/test_run.py::test_a_run_analysed_again_gives",
+        "unit/rigrunner_fleet/archive/test_indexing.py::test_rows_equal_the_result_of_a_real_run",
+        "unit/rigrunner_fleet/notebook/test_run.py::test_points_of_a_run_equal_its_result",
+        "unit/rigrunner_fleet/notebook/test_run.py::test_analysing_again_gives_the_same_numbers",
         "unit/rigrunner_fleet/reanalysis/test_batch.py",
         "unit/rigrunner_fleet/reanalysis/test_command.py",
         "unit/rigrunner_panel/test_api.py",
@@ -88,10 +88,10 @@ assert BEARINGS not in sys.modules, "it was imported before this plugin of pytes
 _entry_points = metadata.entry_points
 
 
-def entry_points(**asked):
-    """Return all but those of the bearings, whoever found them: Dask brings a finder of its own."""
-    found = _entry_points(**asked)
-    return type(found)(each for each in found if each.name != BEARINGS)
+def entry_points(**selection):
+    """Return all but those of the bearings, whoever found them: Dask adds a finder of its own."""
+    found = _entry_points(**selection)
+    return type(found)(point for point in found if point.name != BEARINGS)
 
 
 metadata.entry_points = entry_points
@@ -99,9 +99,9 @@ sys.meta_path.insert(0, _Missing)
 
 
 def pytest_configure():
-    """See that each place is there: a file that moved is run again."""
-    gone = [place for place in _PLACES if not (HERE / place.partition("::")[0]).exists()]
-    assert not gone, f"without_bearings names what is not there: {', '.join(gone)}"
+    """Check that each file exists: a file that was moved would run again."""
+    missing = [place for place in _PLACES if not (HERE / place.partition("::")[0]).exists()]
+    assert not missing, f"without_bearings names files that do not exist: {', '.join(missing)}"
 
 
 def pytest_ignore_collect(collection_path):
@@ -111,11 +111,16 @@ def pytest_ignore_collect(collection_path):
 
 
 def pytest_collection_modifyitems(config, items):
-    """Leave out single tests."""
-    named = {each: f"{_place(each.path)}::{each.name}" for each in items}
-    left_out = [each for each, name in named.items() if name.startswith(_PLACES)]
+    """Leave out single tests. Check that each exists: a renamed one would run again."""
+    names = {item: f"{_place(item.path)}::{item.name}" for item in items}
+    files = {_place(item.path) for item in items}
+    for place in _PLACES:
+        file, _, test = place.partition("::")
+        found = not test or any(name.startswith(place) for name in names.values())
+        assert found or file not in files, f"without_bearings names no test: {place}"
+    left_out = [item for item, name in names.items() if name.startswith(_PLACES)]
     config.hook.pytest_deselected(items=left_out)
-    items[:] = [each for each, name in named.items() if not name.startswith(_PLACES)]
+    items[:] = [item for item, name in names.items() if not name.startswith(_PLACES)]
 
 
 def _place(path):
