@@ -157,8 +157,8 @@ def digits_of(nist: Certified, start: int = 0) -> tuple[float, float]:
     curve = fitted(nist, start)
     most = MEANT["nonlinear" if start else "linear"]
     u = np.sqrt(np.diag(curve.covariance))
-    found = digits(curve.coefficients, nist.estimates), digits(u, nist.standard_deviations)
-    return min(found[0], most), min(found[1], most)
+    pair = digits(curve.coefficients, nist.estimates), digits(u, nist.standard_deviations)
+    return min(pair[0], most), min(pair[1], most)
 
 
 def page() -> str:

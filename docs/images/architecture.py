@@ -100,8 +100,8 @@ def arrows(parts: dict[str, Package]) -> list[tuple[str, str]]:
 
     def reach(name: str) -> set[str]:
         if name not in below:
-            found = parts[name].imports
-            below[name] = found.union(*map(reach, found))
+            imports = parts[name].imports
+            below[name] = imports.union(*map(reach, imports))
         return below[name]
 
     return [

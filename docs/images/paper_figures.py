@@ -133,9 +133,9 @@ def loaded_over_frequency(result: Result, truth_nm: float) -> bytes:
 
 
 def _method(result: Result, name: str) -> Series:
-    found = TorqueDetails.of(result).compensations[name].points
-    frequency = [each.frequency_hz for each in found]
-    return Series.over(frequency, [each.torque.value for each in found], name, "joined")
+    points = TorqueDetails.of(result).compensations[name].points
+    frequency = [point.frequency_hz for point in points]
+    return Series.over(frequency, [point.torque.value for point in points], name, "joined")
 
 
 def figures(runs: Path) -> dict[str, bytes]:

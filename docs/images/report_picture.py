@@ -26,24 +26,24 @@ NAME, KEY = "report.png", "result"
 
 def shown(document: dict[str, Any]) -> str:
     """Return what a result document gives for the picture to show: torque and verdict."""
-    found = document["headline"]["compensated"]
-    value, expanded = found["value"], found["expanded_uncertainty_95"]
-    return f"{value:.4f} ± {expanded:.4f} {found['unit']}: {document['decision']['verdict']}"
+    torque = document["headline"]["compensated"]
+    value, expanded = torque["value"], torque["expanded_uncertainty_95"]
+    return f"{value:.4f} ± {expanded:.4f} {torque['unit']}: {document['decision']['verdict']}"
 
 
 def make(runs: Path, folder: Path) -> Path:
     """Write the picture into a folder; raise SystemExit where there is no run or no Chromium."""
     browser = shutil.which("chromium")
-    found = sorted(runs.glob("*SSPB-STT-1000*"))
-    if browser is None or not found:
+    folders = sorted(runs.glob("*SSPB-STT-1000*"))
+    if browser is None or not folders:
         sys.exit("needed: chromium, and the runs of: rigrunner demo --dir RUNS")
     with tempfile.TemporaryDirectory() as place:
         drawn = Path(place) / NAME
         words = (f"--screenshot={drawn}", f"--window-size={WIDTH},{HEIGHT}", "--hide-scrollbars")
-        page = (found[-1] / "report.html").resolve().as_uri()
+        page = (folders[-1] / "report.html").resolve().as_uri()
         subprocess.run([browser, "--headless", "--no-sandbox", *words, page], check=True)  # noqa: S603  (our own page)
         text = PngImagePlugin.PngInfo()
-        document = json.loads((found[-1] / "result.json").read_text(encoding="utf-8"))
+        document = json.loads((folders[-1] / "result.json").read_text(encoding="utf-8"))
         text.add_itxt(KEY, shown(document))
         with Image.open(drawn) as image:
             image.convert("RGB").quantize(256).save(folder / NAME, pnginfo=text, optimize=True)

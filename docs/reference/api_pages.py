@@ -108,12 +108,12 @@ def facade() -> list[tuple[Module, Name]]:
     """Return what `rigrunner.api` itself gives, each with the module or package that defines it."""
     stub = ast.parse(FACADE.with_suffix(".pyi").read_text(encoding="utf-8"))
     where = {module.name: module for module in public_modules()}
-    found = []
+    names = []
     for node in stub.body:
         if isinstance(node, ast.ImportFrom) and node.module:
             by_name = {each.name: each for each in where[node.module].names}
-            found += [(where[node.module], by_name[alias.name]) for alias in node.names]
-    return sorted(found, key=lambda each: each[1].name)
+            names += [(where[node.module], by_name[alias.name]) for alias in node.names]
+    return sorted(names, key=lambda each: each[1].name)
 
 
 def defined(body: list[ast.stmt]) -> Iterator[Name]:

@@ -46,7 +46,7 @@ def section(words: str, command: click.Command) -> str:
     arguments = [_argument(each) for each in command.params if isinstance(each, click.Argument)]
     options = [each for each in command.params if isinstance(each, click.Option)]
     parts = [f"## `{' '.join([words, *arguments])}`", _text(cleandoc(command.help or ""))]
-    rows = [f"| {_spelt(each)} | {_told(each)} |" for each in options if not each.hidden]
+    rows = [f"| {_spelt(each)} | {_description(each)} |" for each in options if not each.hidden]
     if rows:
         parts.append("\n".join(["| option | meaning |", "|---|---|", *rows]))
     return "\n\n".join(parts) + "\n"
@@ -74,11 +74,11 @@ def _value(option: click.Option) -> str:
     return option.metavar or option.type.name.upper()
 
 
-def _told(option: click.Option) -> str:
-    said = [_text(option.help or "").replace("|", "\\|")]
-    said += ["Needed."] if option.required else []
-    said += ["May be repeated."] if option.multiple and "repeated" not in said[0] else []
-    return " ".join(" ".join(said).split())
+def _description(option: click.Option) -> str:
+    sentences = [_text(option.help or "").replace("|", "\\|")]
+    sentences += ["Needed."] if option.required else []
+    sentences += ["May be repeated."] if option.multiple and "repeated" not in sentences[0] else []
+    return " ".join(" ".join(sentences).split())
 
 
 def _text(text: str) -> str:

@@ -114,10 +114,16 @@ class Language:
         """Return rows for what a key must be where another one has some value."""
         where = rule.get("if", {}).get("properties", {})
         then = rule.get("then", {}).get("properties", {})
-        told = ", ".join(
-            f"`{key}: {each['const']}`" for key, each in where.items() if "const" in each
+        condition = ", ".join(
+            f"`{key}: {subschema['const']}`"
+            for key, subschema in where.items()
+            if "const" in subschema
         )
-        return [f"| {told} | `{key}`: {self._value(each)} |" for key, each in then.items() if told]
+        return [
+            f"| {condition} | `{key}`: {self._value(each)} |"
+            for key, each in then.items()
+            if condition
+        ]
 
     def _target(self, schema: Schema) -> Schema:
         name = schema.get("$ref", "").rpartition("/")[2]
@@ -173,8 +179,8 @@ def _choices(values: list[Any]) -> str:
 
 def _range(schema: Schema) -> str:
     ends = {"minimum": "at least", "exclusiveMinimum": "more than", "maximum": "at most"}
-    told = [f"{words} {schema[key]}" for key, words in ends.items() if key in schema]
-    return f", {', '.join(told)}" if told else ""
+    parts = [f"{text} {schema[key]}" for key, text in ends.items() if key in schema]
+    return f", {', '.join(parts)}" if parts else ""
 
 
 def _title(name: str) -> str:

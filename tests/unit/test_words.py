@@ -69,3 +69,11 @@ def test_no_text_has_a_replaced_phrase(phrase):
         for match in pattern.finditer(text)
     ]
     assert places == [], f"say instead: {REPLACED[phrase]}"
+
+
+@pytest.mark.parametrize("name", ["told", "found", "said"])
+def test_variables_are_named_by_nouns(name):
+    """A participle does not say what a value is; see CONTRIBUTING."""
+    bound = re.compile(rf"^\s*{name} = |\bfor {name} in\b|\b{name} := ", re.MULTILINE)
+    files = [path for path, text in texts().items() if path.endswith(".py") and bound.search(text)]
+    assert not files

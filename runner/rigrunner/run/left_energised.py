@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from rigrunner.rig import Rig
     from rigrunner.rig_state import Marker, RigMarks
 
-FOUND = "found energised"
+FOUND_ENERGISED = "found energised"
 """The intervention that records how the rig was found."""
 
 
@@ -139,7 +139,7 @@ def _interference(
 ) -> Interference:
     report = marker.text if marker is not None else "no run had said that the rig is not safe"
     subject = "; ".join(text for text in (report, _texts(unsafe), done) if text)
-    return Interference(FOUND, person.by, subject=subject)
+    return Interference(FOUND_ENERGISED, person.by, subject=subject)
 
 
 def _texts(drives: Collection[Standing]) -> str:
