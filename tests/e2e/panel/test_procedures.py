@@ -8,7 +8,7 @@ import pytest
 from playwright.sync_api import expect
 
 from e2e.panel.helpers_screen import STATION, axe_script
-from e2e.panel.test_looks import DESK, assert_on_one_screen, look
+from e2e.panel.test_accessibility import DESK, assert_on_one_screen, look
 
 QUICK = "procedures/quick_torque.yaml"
 ADDRESS = "#/procedures/procedures%2Fquick_torque.yaml"
