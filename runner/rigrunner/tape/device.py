@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import asdict
 from typing import TYPE_CHECKING, Any, cast
 
@@ -19,13 +20,14 @@ from rigrunner.api.devices import (
     Settable,
     Streaming,
 )
+from rigrunner.api.errors import DeviceRejectedError
+from rigrunner.rig.drives import as_number
 from rigrunner.tape.stop import plain_stop
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator, Mapping, Sequence
+    from collections.abc import Callable, Iterator, Sequence
 
     from rigrunner.api.devices import ChannelInfo, Device, DriveInfo, ReadingInfo, StopToken, Wire
-    from rigrunner.api.errors import DeviceRejectedError
     from rigrunner.api.readings import Reading
 
 
@@ -81,7 +83,7 @@ class TapedDevice:
 
     def make_safe(self) -> Mapping[str, float]:
         """Set every drive to its safe value."""
-        return self._wire.exchange("make safe", lambda: dict(self._inner.make_safe()))
+        return self._wire.exchange("make safe", lambda: _mapping(self._inner.make_safe()))
 
     def close(self) -> None:
         """Close the connection."""
@@ -92,7 +94,7 @@ class _Readable(TapedDevice):
     def read(self, channels: Sequence[str]) -> Mapping[str, float]:
         """Return the present value of each channel."""
         return self._wire.exchange(
-            f"read {_listing(channels)}", lambda: dict(self._inner.read(channels))
+            f"read {_listing(channels)}", lambda: _mapping(self._inner.read(channels))
         )
 
 
@@ -115,7 +117,7 @@ class _Observing(TapedDevice):
             f"observe {_listing(readings)}",
             lambda: {
                 name: list(value) if isinstance(value, tuple) else value
-                for name, value in self._inner.observe(readings).items()
+                for name, value in _mapping(self._inner.observe(readings)).items()
             },
         )
         return {n: tuple(v) if isinstance(v, list) else v for n, v in observed.items()}
@@ -129,7 +131,7 @@ class _Settable(TapedDevice):
     def read_back(self, drive: str) -> float:
         """Return the actual value of the drive."""
         return self._wire.exchange(
-            f"read back {drive}", lambda: float(self._inner.read_back(drive))
+            f"read back {drive}", lambda: as_number(self._inner.read_back(drive))
         )
 
 
@@ -178,9 +180,9 @@ class _KnowsStream(_Streaming):
         """Return the values measured of its last stream."""
         conditions = self._wire.exchange(
             "tell of the stream",
-            lambda: {name: [*pair] for name, pair in self._inner.stream_conditions().items()},
+            lambda: _conditions(self._inner.stream_conditions()),
         )
-        return {name: (float(value), str(unit)) for name, (value, unit) in conditions.items()}
+        return {name: (value, unit) for name, (value, unit) in conditions.items()}
 
 
 class _Pausable(TapedDevice):
@@ -205,6 +207,21 @@ class _KnowsTruth(TapedDevice):
     def truth(self) -> Mapping[str, float]:
         """Return the true values of the last stream."""
         return self._wire.exchange("tell the truth", lambda: dict(self._inner.truth()))
+
+
+def _mapping(answer: object) -> dict[str, Any]:
+    """Return a mapping of a driver as a plain one; raise DeviceRejectedError for another answer."""
+    if isinstance(answer, Mapping):
+        return dict(answer)
+    raise DeviceRejectedError(f"the driver gave {answer!r:.80}, which is not a mapping")
+
+
+def _conditions(answer: object) -> dict[str, tuple[float, str]]:
+    pairs = _mapping(answer).items()
+    try:
+        return {name: (as_number(value), str(unit)) for name, (value, unit) in pairs}
+    except (TypeError, ValueError) as error:
+        raise DeviceRejectedError(f"the driver gave {answer!r:.80} as conditions") from error
 
 
 _PARTS: dict[type, type[TapedDevice]] = {
