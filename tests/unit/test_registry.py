@@ -333,14 +333,14 @@ class Tap:
     def __init__(self):
         self.places = []
 
-    def wired(self, context):
+    def with_wire(self, context):
         self.places.append(("wire", context.role))
         return context
 
-    def called(self, device, context):  # noqa: ARG002  (a Tap's)
+    def with_call_mark(self, device, context):  # noqa: ARG002  (a Tap's)
         return device
 
-    def whole(self, device, context):
+    def at_calls(self, device, context):
         self.places.append(("calls", context.role))
         return device
 

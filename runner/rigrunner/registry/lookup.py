@@ -84,15 +84,15 @@ class DisabledPlugin:
 class Tap(Protocol):
     """Placed between a device and its instrument, to record or replay exchanges."""
 
-    def wired(self, context: DeviceContext) -> DeviceContext:
+    def with_wire(self, context: DeviceContext) -> DeviceContext:
         """Return the context of a device whose exchanges all go over its wire."""
         ...
 
-    def called(self, device: Device, context: DeviceContext) -> Device:
+    def with_call_mark(self, device: Device, context: DeviceContext) -> Device:
         """Return such a device, with a mark of whether it is being called."""
         ...
 
-    def whole(self, device: Device, context: DeviceContext) -> Device:
+    def at_calls(self, device: Device, context: DeviceContext) -> Device:
         """Return a stand-in for any other device, whose calls are the exchanges."""
         ...
 
@@ -355,8 +355,10 @@ class Registry:
         if tap is None:
             return self._device(plugin, settings, device_context)
         if wired:
-            return tap.called(self._device(plugin, settings, tap.wired(device_context)), context)
-        return tap.whole(self._device(plugin, settings, device_context), context)
+            return tap.with_call_mark(
+                self._device(plugin, settings, tap.with_wire(device_context)), context
+            )
+        return tap.at_calls(self._device(plugin, settings, device_context), context)
 
     def _device(self, plugin: str, settings: Mapping[str, Any], context: DeviceContext) -> Device:
         device = self.make("device", plugin, settings, context)

@@ -155,19 +155,19 @@ class Tape(ABC):
         """Return the answers of a run."""
         return TapedAnswers(plain, self._wire(_ANSWERS, inf))
 
-    def wired(self, context: DeviceContext) -> DeviceContext:
+    def with_wire(self, context: DeviceContext) -> DeviceContext:
         """Return the context with the tape as wire, and as clock during calls."""
         name, patience_s = _place(context)
         on_tape = self._clock(name, patience_s, context.clock)
         clock = CallClock(on_tape, context.clock, self._calls[name])
         return replace(context, wire=self._wire(name, patience_s), clock=clock)
 
-    def called(self, device: Device, context: DeviceContext) -> Device:
+    def with_call_mark(self, device: Device, context: DeviceContext) -> Device:
         """Return the device, with a mark of whether it is being called."""
         name, patience_s = _place(context)
         return taped(device, self._calls[name], partial(self._stop, name, patience_s))
 
-    def whole(self, device: Device, context: DeviceContext) -> Device:
+    def at_calls(self, device: Device, context: DeviceContext) -> Device:
         """Return the device with the tape at its calls."""
         return taped(device, self._wire(*_place(context)))
 
