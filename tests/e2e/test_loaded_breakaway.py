@@ -36,6 +36,7 @@ def estimates(document, name):
     return [result["estimate"] for result in results]
 
 
+@pytest.mark.thorough
 def test_each_dwell_has_its_own_breakaway_torque(measured):
     """Against the truth of each start; noise raises the largest sample a little."""
     folder, document = measured
@@ -56,6 +57,7 @@ def test_each_dwell_has_its_own_breakaway_torque(measured):
         assert abs(estimate["value"] - expected) < 3 * 0.03 * expected / 5**0.5
 
 
+@pytest.mark.thorough
 def test_static_against_kinetic_torque(measured):
     _, document = measured
     kinetic = estimates(document, "kinetic_torque")
@@ -72,6 +74,7 @@ def test_static_against_kinetic_torque(measured):
         assert estimate["standard_uncertainty"] < uncorrelated  # the gain of the transducer cancels
 
 
+@pytest.mark.thorough
 def test_verdict_report_and_verify(measured):
     folder, document = measured
     assert document["verdict"]["verdict"] == "pass"

@@ -41,6 +41,7 @@ def lab(tmp_path_factory):
     return folder, clock, done.folder
 
 
+@pytest.mark.thorough
 def test_measured_growth_covers_the_true_growth(lab):
     _, _, measured = lab
     called = call("support-friction", measured, "--json")
@@ -52,6 +53,7 @@ def test_measured_growth_covers_the_true_growth(lab):
     assert read(measured).header.run_id[:15] in growth["source"]
 
 
+@pytest.mark.thorough
 @pytest.mark.thorough
 def test_starting_torque_uses_the_measured_growth(lab):
     """The printed lines are put into the station unchanged."""

@@ -21,7 +21,7 @@ from rigrunner_plugins.loopback.lever import (
     running_lever,
 )
 
-pytestmark = pytest.mark.in_real_time
+pytestmark = [pytest.mark.in_real_time, pytest.mark.thorough]
 
 PROCEDURE = find_procedure("torque_transducer_calibration")
 STATION = Path(__file__).parents[2] / "procedures/stations/simulated.yaml"

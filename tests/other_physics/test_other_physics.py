@@ -42,6 +42,7 @@ def test_gauge_shows_only_inertia_without_friction():
     assert motion.gauge_nm.max() == pytest.approx(expected, rel=5e-3)
 
 
+@pytest.mark.thorough
 def test_resonance_is_that_of_two_masses_on_two_springs():
     """A step of the drive rings; a single mass on both springs in series is 2 % off."""
     rig = FREE._replace(coupling_damping=0.02, gauge_damping=0.0, play_rad=0.0)
@@ -120,6 +121,7 @@ def test_no_verdict_beyond_u_for_changed_inertia(change):
     assert not judgement.is_conclusive or abs(judgement.mean_error_nm) <= judgement.mean_expanded_nm
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("stiffer", first(1, [0.0, 0.3]))
 def test_no_verdict_beyond_u_for_measured_support(stiffer):
     """If the slip changes under load, the maximum of the known bearing is 0.1 N.m too high."""

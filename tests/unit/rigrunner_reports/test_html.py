@@ -62,6 +62,7 @@ def small(result):
     )
 
 
+@pytest.mark.thorough
 @pytest.mark.usefixtures("drawn_figures")
 def test_same_input_gives_the_same_bytes(loaded_bytes):
     assert html(report_input()) == loaded_bytes

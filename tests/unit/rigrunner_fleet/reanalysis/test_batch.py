@@ -42,6 +42,7 @@ def settings(**analysis):
     return AnalysisFile.model_validate({"rigrunner": "analysis/1", "analysis": analysis}).analysis
 
 
+@pytest.mark.thorough
 def test_batch_results_equal_single_analyses(lab, complete, quick):
     out, _ = complete
     texts = results(out)
