@@ -82,7 +82,7 @@ DEMO = "two fifths are the analysis; the rest recording, sealing, checking and d
 
 
 def certificate(pair: object) -> list[Figure]:
-    note = "the run is analysed again, and the PDF made on trial before a number is taken"
+    note = "the run is analysed again; the import of WeasyPrint; one PDF and one HTML"
     return [
         Figure("WeasyPrint imported, one page", pair.floor, "s", "floor"),
         figure("rigrunner certify: HTML, PDF, JSON", pair, at_most(2.0), note),
