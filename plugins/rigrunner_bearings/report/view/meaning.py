@@ -23,7 +23,7 @@ SENTENCES = {
     ),
     Validity.ZERO_LOAD_FRICTION: (
         "Friction that the bearing has at zero load is in the no-load run too, where it cannot be "
-        "told from the friction of the supports: it is not part of the value."
+        "distinguished from the friction of the supports: it is not part of the value."
     ),
     Validity.SUPPORT_FRICTION: (
         "The value is conditional on the friction of the supports not growing with load beyond the "
