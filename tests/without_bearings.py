@@ -12,6 +12,8 @@ import sys
 from importlib import metadata
 from pathlib import Path
 
+import pytest
+
 BEARINGS = "rigrunner_bearings"
 HERE = Path(__file__).parent
 LEFT_OUT = {
@@ -110,6 +112,7 @@ def pytest_ignore_collect(collection_path):
     return True if place in _PLACES else None
 
 
+@pytest.hookimpl(tryfirst=True)  # before thorough tests are left out
 def pytest_collection_modifyitems(config, items):
     """Leave out single tests. Check that each exists: a renamed one would run again."""
     names = {item: f"{_place(item.path)}::{item.name}" for item in items}
