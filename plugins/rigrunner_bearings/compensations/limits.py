@@ -161,7 +161,8 @@ def support_under_load(settings: SupportSettings, sweep: Sweep) -> SupportGrowth
 def _loads_n(sweep: Sweep) -> list[float]:
     """Return the load of each loaded point; points under one nominal load have the same."""
     loads_n = [point.load_n for point in sweep.loaded]
-    return [max(other for other in loads_n if other <= SAME_LOAD * own) for own in loads_n]
+    # `own` beside them: a negative reading, about zero, is above that bound.
+    return [max([own, *(n for n in loads_n if n <= SAME_LOAD * own)]) for own in loads_n]
 
 
 def _greatest(shares: Sequence[float]) -> tuple[float, tuple[float, ...]]:

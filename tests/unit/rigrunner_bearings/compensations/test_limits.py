@@ -92,3 +92,10 @@ def test_running_torques_are_corrected_by_their_own_load():
     subtracted = values[0] - values[1]
     assert subtracted[:3] == pytest.approx(subtracted[3] / 2, rel=0.01)
     assert subtracted[3:] == pytest.approx(subtracted[3], rel=0.01)
+
+
+def test_load_readings_about_zero_have_a_growth():
+    sweep = under((-0.3, 0.2, -0.1, 0.0, 0.4, 0.1))
+    assert support_growth(SETTINGS, sweep).at_points == (1.0,) * len(FEW)
+    support = support_under_load(SETTINGS, under((-0.3,) * len(FEW), support_under_load=MEASURED))
+    assert support.torques_nm == pytest.approx((-3e-6,) * len(FEW))
