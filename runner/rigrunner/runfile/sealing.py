@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 from rigrunner.api.errors import DataError
 from rigrunner.hdf5_reading import open_file
+from rigrunner.runfile.durable import writing
 from rigrunner.runfile.entry import (
     FORMAT_ATTRIBUTE,
     PARTNER,
@@ -82,7 +83,8 @@ def seal(
 
 def fold(files: RunFolder, samples: SampleJournal, events: Iterable[Event]) -> None:
     """Turn a journal of samples into a durable file of its own, and remove the journal."""
-    files.parts.mkdir(exist_ok=True)
+    with writing(files.parts):
+        files.parts.mkdir(exist_ok=True)
     with new_file(files.part(samples.number)) as file:
         group = file.create_group(PART_GROUP)
         write_recording(group, samples.facts(events), samples.blocks())

@@ -191,6 +191,17 @@ def test_damaged_journal_is_reported_and_kept(tmp_path, folding):
     assert not RunFolder(folder).finished_parts()
 
 
+def test_fold_in_a_deleted_folder_is_reported_with_its_remedy(tmp_path, folding):
+    folder = tmp_path / "run"
+    with RunWriter(folder, header_of()) as writer:
+        emit_recording(emitter_of(writer), TWO[1])
+        folder.rename(tmp_path / "moved")
+        folding.set()
+        with pytest.raises(DataError, match="recordings: No such file") as refused:
+            writer._folding.pending[0].result(30)
+    assert "was it deleted or moved" in refused.value.hint
+
+
 def test_folds_do_not_overlap():
     """Two at once would take twice the memory, and a processor from the recording thread."""
     second = threading.Event()
