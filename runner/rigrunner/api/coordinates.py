@@ -42,8 +42,8 @@ class CoordinateValue:
             return cls("yes" if value else "no")
         if isinstance(value, str) or not si_unit:
             return cls(value)
-        source, target = unit(si_unit), unit(written_in or usual_unit(si_unit))
-        number = (value * source.factor + source.offset - target.offset) / target.factor
+        target = unit(written_in or usual_unit(si_unit))
+        number = target.from_si(unit(si_unit).to_si(value))
         # 12 digits: without what the conversion adds in the last ones, 70 °F is 70 again.
         return cls(float(f"{number:.12g}"), target.symbol)
 
@@ -68,9 +68,8 @@ class CoordinateValue:
         """Return the number in another unit of its kind; a text stays as it is."""
         if isinstance(self.value, str) or self.unit == symbol:
             return self
-        source, target = unit(self.unit or "1"), unit(symbol or "1")
-        si = self.value * source.factor + source.offset
-        return CoordinateValue(float(f"{(si - target.offset) / target.factor:.12g}"), symbol)
+        number = unit(symbol or "1").from_si(unit(self.unit or "1").to_si(self.value))
+        return CoordinateValue(float(f"{number:.12g}"), symbol)
 
     def __str__(self) -> str:
         """Return it as text: '2 A', 'final'."""

@@ -77,7 +77,7 @@ class Quantity:
     @property
     def si(self) -> float:
         """The value in the SI unit of its kind (rad, N·m, Hz, K, ...)."""
-        return self.number * self.unit.factor + self.unit.offset
+        return self.unit.to_si(self.number)
 
     @property
     def dimension(self) -> str:
@@ -100,7 +100,7 @@ def readable(si: float, dimension: str) -> Quantity:
     A ratio is given in %, since '1 1' is hard to understand.
     """
     units = [u for u in usual_units(dimension) if u.symbol != "1"]
-    quantities = [Quantity(float(f"{(si - u.offset) / u.factor:.12g}"), u) for u in units]
+    quantities = [Quantity(float(f"{u.from_si(si):.12g}"), u) for u in units]
     # Of a unit without offset, 12 digits are always within this: there is one at least.
     exact = [quantity for quantity in quantities if math.isclose(quantity.si, si, rel_tol=1e-11)]
     return min(exact, key=lambda quantity: len(str(quantity)))
@@ -117,7 +117,7 @@ def legible(si: float, symbol: str) -> str:
     text = f"{si:.6g}"
     if symbol and "e" in text:
         for candidate in usual_and_prefixed(symbol):
-            number = (si - candidate.offset) / candidate.factor
+            number = candidate.from_si(si)
             if 1 <= abs(number) < _LEGIBLE:
                 return f"{number:.6g} {candidate.symbol}"
     return f"{text} {symbol}".rstrip()

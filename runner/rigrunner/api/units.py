@@ -198,8 +198,7 @@ def of_difference(dimension: str) -> str:
 
 def from_si(value: float, symbol: str) -> float:
     """Convert an SI value to a unit."""
-    target = unit(symbol)
-    return (value - target.offset) / target.factor
+    return unit(symbol).from_si(value)
 
 
 def with_symbol(number: str, symbol: str) -> str:

@@ -407,9 +407,9 @@ def _set_points(
         point = place.get(name)
         if point is None or isinstance(point.value, str) or any(n not in place for n in per):
             return []
-        unit_ = unit(point.unit or "1")
         key = tuple(place[n].usual for n in per)
-        groups.setdefault(key, []).append((point.value * unit_.factor + unit_.offset, planned))
+        si = unit(point.unit or "1").to_si(point.value)
+        groups.setdefault(key, []).append((si, planned))
     return [*groups.values()]
 
 

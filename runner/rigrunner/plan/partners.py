@@ -133,5 +133,4 @@ def in_si(coordinate: CoordinateValue) -> Value:
     """Return the value of a coordinate in the SI unit."""
     if isinstance(coordinate.value, str):
         return coordinate.value
-    unit_ = unit(coordinate.unit or "1")
-    return coordinate.value * unit_.factor + unit_.offset
+    return unit(coordinate.unit or "1").to_si(coordinate.value)
