@@ -6,7 +6,7 @@ from bisect import bisect_left
 from dataclasses import dataclass
 from graphlib import CycleError, TopologicalSorter
 from itertools import combinations, pairwise
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import TYPE_CHECKING
 
 from pydantic import ValidationError
 
@@ -25,10 +25,11 @@ if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping, Sequence
 
     from rigrunner.api.analysis import NeededChannel, NeededResult, Requirements
-    from rigrunner.api.findings import Objection, ResultDefinition
+    from rigrunner.api.findings import ResultDefinition
     from rigrunner.plan.actions import Plan, PlannedRecording
     from rigrunner.plan.measured import PlannedData
     from rigrunner.procedure import AnalysisRef, Limit, LoadedProcedure
+    from rigrunner.registry import Registry
     from rigrunner.station import LoadedStation
     from rigrunner.yamlfile.document import Path
 
@@ -37,42 +38,24 @@ _ROUNDING = 1e-9
 """Of duration times frequency: 2.9999999999 cycles are 3."""
 
 
-class AnalysisLookup(Protocol):
-    """Knows what each analysis needs and names."""
-
-    def definitions(self, name: str, settings: Mapping[str, Any]) -> tuple[ResultDefinition, ...]:
-        """Return the results that it names; raise PluginError."""
-        ...
-
-    def requires(self, kind: str, name: str, settings: Mapping[str, Any]) -> Requirements:
-        """Return what a plugin needs with these settings; raise PluginError."""
-        ...
-
-    def objections(
-        self, name: str, settings: Mapping[str, Any], units: Mapping[str, str]
-    ) -> tuple[Objection, ...]:
-        """Return what does not fit the units of what it needs; raise PluginError."""
-        ...
-
-
 def check_analyses(
-    procedure: LoadedProcedure, station: LoadedStation, plan: Plan, lookup: AnalysisLookup
+    procedure: LoadedProcedure, station: LoadedStation, plan: Plan, registry: Registry
 ) -> None:
     """Raise InvalidFileError with all that the analyses need and the run would not give."""
     problems = Problems()
     planned = tuple(planned_data(plan)) if procedure.model.analyses_at else ()
     limits = procedure.model.acceptance.limits if procedure.model.acceptance else ()
     limited = {limit.of for limit in limits}
-    results = {each.name: (path, each) for path, each in definitions_of(procedure, lookup)}
-    complete = all_named(procedure, lookup)
+    results = {each.name: (path, each) for path, each in definitions_of(procedure, registry)}
+    complete = all_named(procedure, registry)
     uses: list[_Use] = []
     for path, plugin in procedure.model.analyses_at:
         try:
-            needs = lookup.requires("analysis", plugin.name, plugin.settings)
+            needs = registry.requires("analysis", plugin.name, plugin.settings)
         except PluginError:
             continue  # reported by the check of the plugins
         uses.append(
-            _Use(procedure, path, plugin, needs, planned, results, complete, lookup, problems)
+            _Use(procedure, path, plugin, needs, planned, results, complete, registry, problems)
         )
     for use in uses:
         if use.has_results() and use.is_measured():
@@ -98,7 +81,7 @@ class _Use:
     """The results of the procedure by name, each with where the analysis stands that makes it."""
     knows_all: bool
     """Whether these are all: an analysis that is refused names none."""
-    lookup: AnalysisLookup
+    registry: Registry
     problems: Problems
 
     @property
@@ -189,7 +172,7 @@ class _Use:
                 self.complain(channel.key, message, f"expected {with_article(channel.quantity)}")
                 return
         units |= {result.name: self.results[result.name][1].unit for result in self.needs.results}
-        objections = self.lookup.objections(self.plugin.name, self.plugin.settings, units)
+        objections = self.registry.objections(self.plugin.name, self.plugin.settings, units)
         for key, message, hint, *column in objections:
             self.complain(key, message, hint, *column)
 
@@ -198,7 +181,7 @@ class _Use:
         if not (self.channels or self.needs.results):
             return
         where = where_of(self.plugin.settings)
-        definitions = self.lookup.definitions(self.plugin.name, self.plugin.settings)
+        definitions = self.registry.definitions(self.plugin.name, self.plugin.settings)
         per = sorted({name for each in definitions for name in each.per})
         if not self.channels:
             of_results = {name for result in self.needs.results for name in
@@ -293,7 +276,7 @@ class _Use:
             return 0
         try:
             fit = FitChoice.model_validate(choice)
-            return self.lookup.requires("fit", fit.name, fit.settings).points
+            return self.registry.requires("fit", fit.name, fit.settings).points
         except (PluginError, ValidationError):
             return 0  # reported by the check of the plugins
 
