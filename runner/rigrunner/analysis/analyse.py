@@ -26,10 +26,10 @@ from rigrunner.signal.rounding import LEAST_PLACES
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
 
-    from rigrunner.analysis.lookup import Lookup
     from rigrunner.api.data import RunData
     from rigrunner.api.progress import Progress
     from rigrunner.procedure import Acceptance, AnalysisRef, Measurand
+    from rigrunner.registry import Registry
 
 
 def analyse(
@@ -38,7 +38,7 @@ def analyse(
     *,
     acceptance: Acceptance | None,
     measurand: Measurand | None,
-    lookup: Lookup,
+    lookup: Registry,
     progress: Progress = unseen,
     interim: bool = False,
 ) -> Result:
@@ -67,14 +67,14 @@ def analyse(
     others = []
     for ref, part in zip(analyses, parts, strict=True):
         if not any(details.settings() for details in part.details):
-            settings = scrutiny.validated(ref.kind, ref.name, ref.settings)
+            settings = lookup.validated(ref.kind, ref.name, ref.settings)
             text = _as_text(settings.model_dump(exclude_none=True))
             others.append({"name": ref.name, "settings": text})
     result = Result(
         run=run,
         measurand=context.measurand,
         symbol=context.symbol,
-        unit=_unit_of(measurand, analyses, scrutiny),
+        unit=_unit_of(measurand, analyses, lookup),
         decision=decision,
         results=findings.results,
         missing=findings.missing,
@@ -87,7 +87,7 @@ def analyse(
         checks=findings.checks,
         notes=(*(each.sentence for each in findings.missing), *findings.notes),
         settings={**(recorded or ALWAYS_SETTINGS), **({"named": others} if others else {})},
-        revisions=revisions_of(analyses, acceptance, scrutiny),
+        revisions=revisions_of(analyses, acceptance, lookup),
     )
     if interim or not (result.other_results or result.limits.values):
         return result
@@ -118,14 +118,16 @@ def _beyond_calibration(run: RunData) -> Iterator[tuple[str, str]]:
             yield name, text
 
 
-def _unit_of(measurand: Measurand | None, analyses: Sequence[AnalysisRef], lookup: Scrutiny) -> str:
+def _unit_of(
+    measurand: Measurand | None, analyses: Sequence[AnalysisRef], registry: Registry
+) -> str:
     """Return the unit of the measurand, '' if it is not known.
 
     The SI unit of what the analysis gives it for; else as the procedure states it, and that of
     LEAST_PLACES for all of its kind, as documents of result/1 have it.
     """
     for ref in analyses:
-        record = lookup.record(ref.kind, ref.name)
+        record = registry.record(ref.kind, ref.name)
         if isinstance(record, AnalysisRecord) and record.measurand:
             return si_symbol(record.measurand)
     if measurand is None or measurand.unit is None:
