@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import fields, replace
+from itertools import chain
 from typing import TYPE_CHECKING
 
 from rigrunner.analysis.document import ALWAYS_SETTINGS
@@ -138,18 +139,10 @@ def _unit_of(
 
 def _joined(parts: Sequence[Findings]) -> Findings:
     """Return what several analyses found as one, with the checks as judged."""
-    return Findings(
-        results=tuple(result for part in parts for result in part.results),
-        missing=tuple(missing for part in parts for missing in part.missing),
-        means=tuple(mean for part in parts for mean in part.means),
-        checks=tuple(as_judged(check) for part in parts for check in part.checks),
-        notes=tuple(note for part in parts for note in part.notes),
-        formulas=tuple(formula for part in parts for formula in part.formulas),
-        tables=tuple(table for part in parts for table in part.tables),
-        figures=tuple(figure for part in parts for figure in part.figures),
-        sections=tuple(section for part in parts for section in part.sections),
-        details=tuple(details for part in parts for details in part.details),
-    )
+    names = [field.name for field in fields(Findings)]
+    joined = {name: tuple(chain(*(getattr(part, name) for part in parts))) for name in names}
+    joined["checks"] = tuple(map(as_judged, joined["checks"]))
+    return Findings(**joined)
 
 
 def _evidence(parts: Sequence[Findings], findings: Findings) -> Evidence:
