@@ -19,7 +19,7 @@ from rigrunner.api.units import of_difference, unit, with_article
 from rigrunner.plan.limits import objections_to_limit
 from rigrunner.plan.measured import has_all, planned_data, where_of
 from rigrunner.procedure.named_results import all_named, definitions_of
-from rigrunner.yamlfile.problems import Problems
+from rigrunner.yamlfile.problems import Problems, suggestion
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping, Sequence
@@ -96,8 +96,7 @@ class _Use:
             if needed.name not in self.results:
                 complete = False
                 if self.knows_all:
-                    listed = f"results: {', '.join(self.results) or 'none'}"
-                    hint = did_you_mean(needed.name, self.results, listed)
+                    hint = suggestion(needed.name, self.results, "results")
                     self.complain(needed.key, f"there is no result '{needed.name}'", hint)
                 continue
             per = self.results[needed.name][1].per
@@ -201,9 +200,9 @@ class _Use:
             return
         everywhere = frozenset.intersection(*(frozenset(each.coordinate_units) for each in chosen))
         for name in sorted(set(per) - everywhere):
-            listed = f"set by then: {', '.join(sorted(everywhere)) or 'none'}"
             message = f"'{name}' is not set wherever {self.channel_names} is measured"
-            self.complain(("per",), message, did_you_mean(name, everywhere, listed))
+            hint = suggestion(name, sorted(everywhere), "set by then")
+            self.complain(("per",), message, hint)
         for needed in self.channels:
             self._check_values(needed, chosen)
             self._check_shared(needed, chosen, per)
@@ -217,7 +216,7 @@ class _Use:
                 # Each has a place: one whose value is not known may be at any.
                 values = sorted({str(each.place[needed.name]) for each in candidates})
                 message = f"nothing is measured at {needed.name} = {value}"
-                hint = did_you_mean(str(value), values, f"there are: {', '.join(values)}")
+                hint = suggestion(str(value), values, "there are")
                 self.complain(needed.key, message, hint)
                 return
 

@@ -6,10 +6,10 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from rigrunner.api.analysis.requirements import LATEST, STATION
-from rigrunner.api.errors import PluginError, did_you_mean
+from rigrunner.api.errors import PluginError
 from rigrunner.api.units import unit
 from rigrunner.plan.measured import measured_places
-from rigrunner.yamlfile.problems import Problems
+from rigrunner.yamlfile.problems import Problems, suggestion
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -94,7 +94,7 @@ def _check_common(
         if key not in fields:
             keys = [STATION, *fields]
             message = f"a rig has no key '{key}'"
-            hint = did_you_mean(key, keys, f"there are: {', '.join(keys)}")
+            hint = suggestion(key, keys, "there are")
             problems.add(procedure.document, (*asked.path, "same", index), message, hint)
         elif station.model.rig.get(key) in (None, ""):
             message = f"the analysis needs the key '{key}' of the rig, which is missing"

@@ -9,7 +9,7 @@ from rigrunner.api.errors import PluginError, did_you_mean
 from rigrunner.api.quantity import Quantity
 from rigrunner.procedure.result_limits import misfit
 from rigrunner.procedure.walk import steps_of
-from rigrunner.yamlfile.problems import Problems
+from rigrunner.yamlfile.problems import Problems, suggestion
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping, Sequence
@@ -149,6 +149,5 @@ def _check_values(
 
 
 def _no_coordinate(definition: ResultDefinition, name: str) -> tuple[str, str]:
-    listed = f"it has: {', '.join(definition.per) or 'none'}"
-    hint = did_you_mean(name, definition.per, listed)
+    hint = suggestion(name, definition.per, "it has")
     return f"'{definition.name}' has no coordinate '{name}'", hint

@@ -13,7 +13,6 @@ from rigrunner.api.errors import (
     DeviceRejectedError,
     RigrunnerError,
     UsageError,
-    did_you_mean,
 )
 from rigrunner.api.events import Alarm, Intervention, MadeSafe, Note
 from rigrunner.api.member import Member
@@ -33,6 +32,7 @@ from rigrunner.run.overrides import without_time_limits
 from rigrunner.station.drive_rules import DriveRules
 from rigrunner.steps.measure import Measure
 from rigrunner.steps.set_drives import SetDrive
+from rigrunner.yamlfile.problems import suggestion
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
@@ -324,6 +324,6 @@ def _needed_roles(ready: ReadyStation, role: str) -> set[str]:
 
 def _lookup(what: str, name: str, entries: Mapping[str, _T]) -> _T:
     if name not in entries:
-        hint = did_you_mean(name, entries, f"there are: {', '.join(entries) or 'none'}")
+        hint = suggestion(name, entries, "there are")
         raise UsageError(f"there is no {what} '{name}'", hint=hint)
     return entries[name]
