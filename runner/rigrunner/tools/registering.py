@@ -17,7 +17,7 @@ from pydantic import ValidationError
 
 from rigrunner.api.analysis import Component
 from rigrunner.api.data import Estimate
-from rigrunner.api.errors import DataError
+from rigrunner.api.errors import DataError, first_problem
 from rigrunner.api.instruments import DEFAULT_QUANTITY, ZEROED, Instrument
 from rigrunner.api.units import unit
 from rigrunner.documents.verifying.run import check_run
@@ -115,9 +115,7 @@ def entry_from(path: Path, details: EntryDetails, registry: Registry) -> dict[st
     try:
         Instrument.model_validate(entry)
     except ValidationError as error:
-        first = error.errors()[0]
-        where = ".".join(str(part) for part in first["loc"])
-        raise DataError(f"{run.run_id} gives no entry: {where}: {first['msg']}") from error
+        raise DataError(f"{run.run_id} gives no entry: {first_problem(error)}") from error
     return entry
 
 
