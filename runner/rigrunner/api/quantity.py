@@ -10,11 +10,11 @@ import re
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
+from rigrunner.api.texts import clip
 from rigrunner.api.unit_tables import FACTORS, Unit
 from rigrunner.api.units import (
     COMPOSED,
     QuantityError,
-    clip,
     find_unit,
     from_si,
     spellings_of,

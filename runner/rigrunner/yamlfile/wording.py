@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from rigrunner.api.errors import RigrunnerError, did_you_mean
 from rigrunner.api.member import NAME
+from rigrunner.api.texts import clip
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -55,7 +56,7 @@ def describe(details: ErrorDetails, keys: Sequence[str] = ()) -> tuple[str, str]
         hint = _MARK_HINT if loc == ("rigrunner",) else ""
         return f"the key '{loc[-1]}' is missing", hint
     if kind == "extra_forbidden":
-        return f"unknown key '{clip(str(loc[-1]))}'", key_hint(str(loc[-1]), keys)
+        return f"unknown key '{clip(str(loc[-1]), _LONGEST)}'", key_hint(str(loc[-1]), keys)
     if isinstance(error := context.get("error"), RigrunnerError):
         return error.message, error.hint
     if kind not in _ALLOWED:
@@ -74,17 +75,12 @@ def show(value: object) -> str:
     if isinstance(value, bool):
         return str(value).lower()
     if isinstance(value, str):
-        return f"'{clip(value)}'"
+        return f"'{clip(value, _LONGEST)}'"
     if isinstance(value, dict):
-        return f"a mapping of {clip(', '.join(map(str, value))) or 'nothing'}"
+        return f"a mapping of {clip(', '.join(map(str, value)), _LONGEST) or 'nothing'}"
     if isinstance(value, (list, tuple)):
         return f"a list of {len(value)}"
-    return clip(str(value))
-
-
-def clip(text: str) -> str:
-    """Return the text, shortened to fit a screen."""
-    return text if len(text) <= _LONGEST else f"{text[: _LONGEST - 1]}…"
+    return clip(str(value), _LONGEST)
 
 
 def key_hint(key: str, keys: Sequence[str]) -> str:
