@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import difflib
 from collections import defaultdict
 from collections.abc import Mapping
 from contextlib import contextmanager, suppress
@@ -14,7 +13,7 @@ from pydantic import ValidationError, create_model
 
 from rigrunner.api.analysis import Requirements
 from rigrunner.api.analysis_context import AnalysisContext
-from rigrunner.api.errors import PluginError, RigrunnerError
+from rigrunner.api.errors import PluginError, RigrunnerError, did_you_mean
 from rigrunner.api.fit_choice import chosen_fits
 from rigrunner.api.hooks import (
     AnalysisRecord,
@@ -424,11 +423,9 @@ class Registry:
 
     def suggestion(self, name: str, names: Sequence[str]) -> str:
         """Return a similar name, and providers that could not be loaded and may have it."""
-        matches = difflib.get_close_matches(name, names, n=1)
-        hint = f"there are: {', '.join(names) or 'none'}"
-        if matches:
-            question = f"did you mean '{matches[0]}'?"
-            hint = f"{question} {hint}" if len(names) <= _FEW else question
+        hint, listed = did_you_mean(name, names), f"there are: {', '.join(names) or 'none'}"
+        if not hint or len(names) <= _FEW:
+            hint = f"{hint} {listed}".lstrip()
         return "; ".join([*(f"disabled: {plugin}" for plugin in self.disabled), hint])
 
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import difflib
 import re
 from typing import TYPE_CHECKING, Any
 
@@ -85,9 +84,7 @@ def show(value: object) -> str:
 
 def key_hint(key: str, keys: Sequence[str]) -> str:
     """Return the most similar key, and the keys that exist."""
-    matches = difflib.get_close_matches(key[:_LONGEST], keys, n=1)
-    suggestion = f"did you mean '{matches[0]}'? " if matches else ""
-    return f"{suggestion}known keys: {', '.join(keys)}" if keys else ""
+    return f"{did_you_mean(key, keys)} known keys: {', '.join(keys)}".lstrip() if keys else ""
 
 
 def _scalar_hint(kind: str, got: object, context: Mapping[str, Any]) -> str:
