@@ -10,6 +10,7 @@ import re
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
+from rigrunner.api.errors import UsageError
 from rigrunner.api.texts import clip
 from rigrunner.api.unit_tables import FACTORS, Unit
 from rigrunner.api.units import (
@@ -160,6 +161,14 @@ def parse_quantity(text: str, dimension: str | None = None) -> Quantity:
             hint=f"at most {readable(limit, quantity.dimension)}",
         )
     return quantity
+
+
+def entered_si(what: str, text: str, dimension: str) -> float:
+    """Return the SI value of what a person entered; raise UsageError that names what it is for."""
+    try:
+        return parse_quantity(text, dimension).si
+    except QuantityError as error:
+        raise UsageError(f"{what}: {error.message}", hint=error.hint) from error
 
 
 def _marked_digits(text: str) -> QuantityError:

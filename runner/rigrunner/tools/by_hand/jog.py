@@ -16,8 +16,8 @@ from rigrunner.api.errors import (
 )
 from rigrunner.api.events import Alarm, Intervention, MadeSafe, Note
 from rigrunner.api.member import Member
-from rigrunner.api.quantity import legible, parse_quantity
-from rigrunner.api.units import QuantityError, unit
+from rigrunner.api.quantity import entered_si, legible
+from rigrunner.api.units import unit
 from rigrunner.bus import Bus, Emitter
 from rigrunner.engine import UnattendedAnswers
 from rigrunner.engine.interlocks import Guard
@@ -85,10 +85,7 @@ class Jog:
     def set(self, drive: str, text: str) -> float:
         """Set a drive to a set-point such as '5 Hz', and return its read-back in SI units."""
         info = _lookup("drive", drive, self.drives)
-        try:
-            value = parse_quantity(text, unit(info.unit).dimension).si
-        except QuantityError as error:
-            raise UsageError(f"{drive}: {error.message}", hint=error.hint) from error
+        value = entered_si(drive, text, unit(info.unit).dimension)
         if not info.minimum <= value <= info.maximum:
             raise UsageError(f"{drive}: {text} is out of range ({info.range_text})")
         self.check_interlocks()
