@@ -12,7 +12,7 @@ from math import isclose
 from typing import TYPE_CHECKING, Any, Protocol
 
 from rigrunner.api.quantity import Quantity
-from rigrunner.api.units import from_si, si_symbol, unit
+from rigrunner.api.units import from_si, si_symbol, unit, with_symbol
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence
@@ -75,8 +75,7 @@ class CoordinateValue:
         """Return it as text: '2 A', 'final'."""
         if isinstance(self.value, str):
             return self.value
-        number = f"{self.value:.{DIGITS}g}"
-        return number if self.unit in {"", "1"} else f"{number} {self.unit}"
+        return with_symbol(f"{self.value:.{DIGITS}g}", self.unit)
 
 
 def usual_unit(si_unit: str) -> str:
@@ -144,8 +143,7 @@ def coordinate_text(value: Coordinate, unit: str = "") -> str:
         return "yes" if value else "no"
     if isinstance(value, str):
         return value
-    number = f"{value:.6g}"
-    return f"{number} {unit}" if unit and unit != "1" else number
+    return with_symbol(f"{value:.{DIGITS}g}", unit)
 
 
 def coordinates_text(
