@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import fields, replace
+from itertools import chain
 from typing import TYPE_CHECKING
 
 from rigrunner.analysis.document import ALWAYS_SETTINGS
@@ -26,10 +27,10 @@ from rigrunner.signal.rounding import LEAST_PLACES
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
 
-    from rigrunner.analysis.lookup import Lookup
     from rigrunner.api.data import RunData
     from rigrunner.api.progress import Progress
     from rigrunner.procedure import Acceptance, AnalysisRef, Measurand
+    from rigrunner.registry import Registry
 
 
 def analyse(
@@ -38,7 +39,7 @@ def analyse(
     *,
     acceptance: Acceptance | None,
     measurand: Measurand | None,
-    lookup: Lookup,
+    lookup: Registry,
     progress: Progress = unseen,
     interim: bool = False,
 ) -> Result:
@@ -67,14 +68,14 @@ def analyse(
     others = []
     for ref, part in zip(analyses, parts, strict=True):
         if not any(details.settings() for details in part.details):
-            settings = scrutiny.validated(ref.kind, ref.name, ref.settings)
+            settings = lookup.validated(ref.kind, ref.name, ref.settings)
             text = _as_text(settings.model_dump(exclude_none=True))
             others.append({"name": ref.name, "settings": text})
     result = Result(
         run=run,
         measurand=context.measurand,
         symbol=context.symbol,
-        unit=_unit_of(measurand, analyses, scrutiny),
+        unit=_unit_of(measurand, analyses, lookup),
         decision=decision,
         results=findings.results,
         missing=findings.missing,
@@ -87,7 +88,7 @@ def analyse(
         checks=findings.checks,
         notes=(*(each.sentence for each in findings.missing), *findings.notes),
         settings={**(recorded or ALWAYS_SETTINGS), **({"named": others} if others else {})},
-        revisions=revisions_of(analyses, acceptance, scrutiny),
+        revisions=revisions_of(analyses, acceptance, lookup),
     )
     if interim or not (result.other_results or result.limits.values):
         return result
@@ -118,14 +119,16 @@ def _beyond_calibration(run: RunData) -> Iterator[tuple[str, str]]:
             yield name, text
 
 
-def _unit_of(measurand: Measurand | None, analyses: Sequence[AnalysisRef], lookup: Scrutiny) -> str:
+def _unit_of(
+    measurand: Measurand | None, analyses: Sequence[AnalysisRef], registry: Registry
+) -> str:
     """Return the unit of the measurand, '' if it is not known.
 
     The SI unit of what the analysis gives it for; else as the procedure states it, and that of
     LEAST_PLACES for all of its kind, as documents of result/1 have it.
     """
     for ref in analyses:
-        record = lookup.record(ref.kind, ref.name)
+        record = registry.record(ref.kind, ref.name)
         if isinstance(record, AnalysisRecord) and record.measurand:
             return si_symbol(record.measurand)
     if measurand is None or measurand.unit is None:
@@ -136,18 +139,10 @@ def _unit_of(measurand: Measurand | None, analyses: Sequence[AnalysisRef], looku
 
 def _joined(parts: Sequence[Findings]) -> Findings:
     """Return what several analyses found as one, with the checks as judged."""
-    return Findings(
-        results=tuple(result for part in parts for result in part.results),
-        missing=tuple(missing for part in parts for missing in part.missing),
-        means=tuple(mean for part in parts for mean in part.means),
-        checks=tuple(as_judged(check) for part in parts for check in part.checks),
-        notes=tuple(note for part in parts for note in part.notes),
-        formulas=tuple(formula for part in parts for formula in part.formulas),
-        tables=tuple(table for part in parts for table in part.tables),
-        figures=tuple(figure for part in parts for figure in part.figures),
-        sections=tuple(section for part in parts for section in part.sections),
-        details=tuple(details for part in parts for details in part.details),
-    )
+    names = [field.name for field in fields(Findings)]
+    joined = {name: tuple(chain(*(getattr(part, name) for part in parts))) for name in names}
+    joined["checks"] = tuple(map(as_judged, joined["checks"]))
+    return Findings(**joined)
 
 
 def _evidence(parts: Sequence[Findings], findings: Findings) -> Evidence:

@@ -13,19 +13,20 @@ from rigrunner.api.findings import Findings
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping, Sequence
 
-    from rigrunner.analysis.lookup import Lookup
+    from rigrunner.analysis.scrutiny import Scrutiny
     from rigrunner.api.analysis import Check, Requirements
     from rigrunner.api.analysis_context import AnalysisContext
     from rigrunner.api.coordinates import CoordinateValue
     from rigrunner.api.data import RunData
     from rigrunner.api.findings import MeasurementResult, MissingResult
     from rigrunner.procedure import AnalysisRef
+    from rigrunner.registry import Registry
 
 
 def findings_of(
     run: RunData,
     analyses: Sequence[AnalysisRef],
-    lookup: Lookup,
+    scrutiny: Scrutiny,
     *,
     context: AnalysisContext | None = None,
     known: Iterable[MeasurementResult] = (),
@@ -40,15 +41,15 @@ def findings_of(
     analyses that need results of each other.
     """
     results, without_value = list(known), list(missing)
-    required = [lookup.requires(ref.kind, ref.name, ref.settings) for ref in analyses]
+    required = [scrutiny.requires(ref.kind, ref.name, ref.settings) for ref in analyses]
     needed = [frozenset(result.name for result in each.results) for each in required]
     findings = [Findings()] * len(analyses)
-    for index in _in_order(analyses, needed, lookup):
+    for index in _in_order(analyses, needed, scrutiny.registry):
         ref, names = analyses[index], needed[index]
         inputs = tuple(result for result in results if result.name in names)
         missing_inputs = tuple(result for result in without_value if result.name in names)
         with suppress(DataError) if as_far_as_possible else nullcontext():
-            analysis = lookup.make(ref.kind, ref.name, ref.settings, context)
+            analysis = scrutiny.make(ref.kind, ref.name, ref.settings, context)
             data = _with_partners(run, ref.name, required[index])
             # What needs no results is a plain Analysis, which takes the run alone.
             findings[index] = analysis(data, inputs, missing_inputs) if names else analysis(data)
@@ -83,17 +84,17 @@ def _may_enter(place: Mapping[str, CoordinateValue], output: Mapping[str, Coordi
 
 
 def makers_of(
-    name: str, analyses: Sequence[AnalysisRef], lookup: Lookup
+    name: str, analyses: Sequence[AnalysisRef], registry: Registry
 ) -> tuple[AnalysisRef, ...]:
     """Return the analyses without which there is no result of that name; none of an unknown one."""
-    by_name = _by_name(analyses, lookup)
+    by_name = _by_name(analyses, registry)
     needed, waiting = set[int](), [name]
     while waiting:
         index = by_name.get(waiting.pop())
         if index is not None and index not in needed:
             needed.add(index)
             ref = analyses[index]
-            required = lookup.requires(ref.kind, ref.name, ref.settings)
+            required = registry.requires(ref.kind, ref.name, ref.settings)
             waiting += [result.name for result in required.results]
     return tuple(ref for index, ref in enumerate(analyses) if index in needed)
 
@@ -112,20 +113,20 @@ def _with_partners(run: RunData, analysis: str, needs: Requirements) -> RunData:
     return replace(run, partners=partners)
 
 
-def _by_name(analyses: Sequence[AnalysisRef], lookup: Lookup) -> dict[str, int]:
+def _by_name(analyses: Sequence[AnalysisRef], registry: Registry) -> dict[str, int]:
     return {
         definition.name: index
         for index, ref in enumerate(analyses)
-        for definition in lookup.definitions(ref.name, ref.settings)
+        for definition in registry.definitions(ref.name, ref.settings)
     }
 
 
 def _in_order(
-    analyses: Sequence[AnalysisRef], needed: Sequence[frozenset[str]], lookup: Lookup
+    analyses: Sequence[AnalysisRef], needed: Sequence[frozenset[str]], registry: Registry
 ) -> Iterable[int]:
     if not any(needed):
         return range(len(analyses))
-    by_name = _by_name(analyses, lookup)
+    by_name = _by_name(analyses, registry)
     graph = {
         index: sorted(by_name[name] for name in names if name in by_name)
         for index, names in enumerate(needed)

@@ -17,8 +17,8 @@ from rigrunner.api.plugin_refs import plugins_in
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
-    from rigrunner.analysis.lookup import Lookup
     from rigrunner.procedure import Acceptance, AnalysisRef
+    from rigrunner.registry import Registry
 
 FIRST = 1
 """The revision of a method that states none."""
@@ -28,17 +28,17 @@ OWN: Mapping[str, int] = {ANALYSIS: 2}
 
 
 def revisions_of(
-    analyses: Sequence[AnalysisRef], acceptance: Acceptance | None, lookup: Lookup
+    analyses: Sequence[AnalysisRef], acceptance: Acceptance | None, registry: Registry
 ) -> dict[str, int]:
     """Return the installed revision of each method that analyses use; raise PluginError."""
     return {
-        name: OWN[name] if name in OWN else lookup.revision(*name.split(" ", 1))
-        for name in methods_of(analyses, acceptance, lookup)
+        name: OWN[name] if name in OWN else registry.revision(*name.split(" ", 1))
+        for name in methods_of(analyses, acceptance, registry)
     }
 
 
 def methods_of(
-    analyses: Sequence[AnalysisRef], acceptance: Acceptance | None, lookup: Lookup
+    analyses: Sequence[AnalysisRef], acceptance: Acceptance | None, registry: Registry
 ) -> tuple[str, ...]:
     """Return the methods that analyses use, as 'analysis' or 'kind name', each once.
 
@@ -51,8 +51,8 @@ def methods_of(
     for ref in analyses:
         method = f"analysis {ref.name}"
         try:
-            settings = lookup.validated(ref.kind, ref.name, ref.settings)
-            record = lookup.record(ref.kind, ref.name)
+            settings = registry.validated(ref.kind, ref.name, ref.settings)
+            record = registry.record(ref.kind, ref.name)
         except PluginError:  # not installed, or in a version with other settings
             methods.append(method)
             continue

@@ -15,18 +15,17 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from rigrunner.analysis.lookup import fits_in
 from rigrunner.api.analysis import Rejection
 from rigrunner.api.analysis_context import AnalysisContext
 from rigrunner.api.coordinates import CoordinateValue
 from rigrunner.api.findings import Findings
+from rigrunner.api.fit_choice import chosen_fits
 from rigrunner.api.scrutiny import Subject, are_numbers, is_finite, is_real, protect, shown
 from rigrunner.api.verdict import WORST_FIRST, Verdict, Zone
 from rigrunner.signal.expression.syntax import ExpressionError, parse_any
 from rigrunner.signal.uncertainty import combine
 
 if TYPE_CHECKING:
-    from rigrunner.analysis.lookup import Lookup
     from rigrunner.api.analysis import Curve, Fit, OutlierRule, Requirements
     from rigrunner.api.data import Array, Estimate, Points, RunData
     from rigrunner.api.findings import (
@@ -37,8 +36,8 @@ if TYPE_CHECKING:
         ResultPlace,
     )
     from rigrunner.api.hooks import PluginRecord
-    from rigrunner.api.settings import Settings
     from rigrunner.api.verdict import DecisionRule, Limits
+    from rigrunner.registry import Registry
 
 _ROUNDING = 1e-9
 """Allowed relative difference of an uncertainty from that of its own budget."""
@@ -46,9 +45,9 @@ _ROUNDING = 1e-9
 
 @dataclass(frozen=True)
 class Scrutiny:
-    """A Lookup whose plugins get write-protected data, and whose outputs are checked."""
+    """The plugins of a registry, with write-protected data and checked outputs."""
 
-    lookup: Lookup
+    registry: Registry
 
     def make(
         self,
@@ -60,41 +59,27 @@ class Scrutiny:
     ) -> Any:
         """Return the callable of a kind such as 'fit' or 'decision_rule'; raise PluginError.
 
-        `fits`: as for a Lookup; those that are left out are checked too. Whoever makes plugins of a
+        `fits`: as for a registry; those left out are checked too. Whoever makes plugins of a
         kind that another package defines checks what they return.
         """
         subject = Subject(kind, name)
         if kind == "analysis":
-            for at, fit in fits_in(self.lookup, name, settings).items():
+            for at, fit in chosen_fits(self.registry.validated(kind, name, settings)).items():
                 fits.setdefault(at, self.make("fit", fit.name, fit.settings))
             context = context or AnalysisContext(plugins=self)
-            made = self.lookup.make(kind, name, settings, context, **fits)
-            definitions = self.lookup.definitions(name, settings, context)
+            made = self.registry.make(kind, name, settings, context, **fits)
+            definitions = self.registry.definitions(name, settings, context)
             return _Analysis(subject, made, {each.name: each for each in definitions})
-        made = self.lookup.make(kind, name, settings)
+        made = self.registry.make(kind, name, settings)
         return _CHECKED[kind](subject, made) if kind in _CHECKED else made
-
-    def definitions(
-        self, name: str, settings: Mapping[str, Any], context: AnalysisContext | None = None
-    ) -> tuple[ResultDefinition, ...]:
-        """Return the results of an analysis by its settings; raise PluginError."""
-        return self.lookup.definitions(name, settings, context)
-
-    def validated(self, kind: str, name: str, settings: Mapping[str, Any]) -> Settings:
-        """Return the validated settings of a plugin; raise PluginError."""
-        return self.lookup.validated(kind, name, settings)
 
     def record(self, kind: str, name: str) -> PluginRecord:
         """Return what a plugin declares; raise PluginError."""
-        return self.lookup.record(kind, name)
+        return self.registry.record(kind, name)
 
     def requires(self, kind: str, name: str, settings: Mapping[str, Any]) -> Requirements:
         """Return what a plugin of the analysis needs of a run; raise PluginError."""
-        return self.lookup.requires(kind, name, settings)
-
-    def revision(self, kind: str, name: str) -> int:
-        """Return the revision of an installed plugin; raise PluginError."""
-        return self.lookup.revision(kind, name)
+        return self.registry.requires(kind, name, settings)
 
 
 @dataclass(frozen=True)

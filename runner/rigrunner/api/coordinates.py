@@ -12,7 +12,7 @@ from math import isclose
 from typing import TYPE_CHECKING, Any, Protocol
 
 from rigrunner.api.quantity import Quantity
-from rigrunner.api.units import from_si, si_symbol, unit
+from rigrunner.api.units import from_si, si_symbol, unit, with_symbol
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence
@@ -42,8 +42,8 @@ class CoordinateValue:
             return cls("yes" if value else "no")
         if isinstance(value, str) or not si_unit:
             return cls(value)
-        source, target = unit(si_unit), unit(written_in or usual_unit(si_unit))
-        number = (value * source.factor + source.offset - target.offset) / target.factor
+        target = unit(written_in or usual_unit(si_unit))
+        number = target.from_si(unit(si_unit).to_si(value))
         # 12 digits: without what the conversion adds in the last ones, 70 °F is 70 again.
         return cls(float(f"{number:.12g}"), target.symbol)
 
@@ -68,16 +68,14 @@ class CoordinateValue:
         """Return the number in another unit of its kind; a text stays as it is."""
         if isinstance(self.value, str) or self.unit == symbol:
             return self
-        source, target = unit(self.unit or "1"), unit(symbol or "1")
-        si = self.value * source.factor + source.offset
-        return CoordinateValue(float(f"{(si - target.offset) / target.factor:.12g}"), symbol)
+        number = unit(symbol or "1").from_si(unit(self.unit or "1").to_si(self.value))
+        return CoordinateValue(float(f"{number:.12g}"), symbol)
 
     def __str__(self) -> str:
         """Return it as text: '2 A', 'final'."""
         if isinstance(self.value, str):
             return self.value
-        number = f"{self.value:.{DIGITS}g}"
-        return number if self.unit in {"", "1"} else f"{number} {self.unit}"
+        return with_symbol(f"{self.value:.{DIGITS}g}", self.unit)
 
 
 def usual_unit(si_unit: str) -> str:
@@ -145,8 +143,7 @@ def coordinate_text(value: Coordinate, unit: str = "") -> str:
         return "yes" if value else "no"
     if isinstance(value, str):
         return value
-    number = f"{value:.6g}"
-    return f"{number} {unit}" if unit and unit != "1" else number
+    return with_symbol(f"{value:.{DIGITS}g}", unit)
 
 
 def coordinates_text(

@@ -10,6 +10,8 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from collections.abc import Iterable
 
+    from pydantic import ValidationError
+
 _LONGEST_NAME = 100
 """Maximum length of a text that is compared with known names, which takes long."""
 
@@ -165,6 +167,13 @@ class AbortedError(RigrunnerError):
     ) -> None:
         super().__init__(message, location=location, hint=hint)
         self.by = by
+
+
+def first_problem(error: ValidationError, whole: str = "") -> str:
+    """Return the first problem as 'field: what'; `whole` stands for the document itself."""
+    first = error.errors()[0]
+    where = ".".join(map(str, first["loc"])) or whole
+    return f"{where}: {first['msg']}" if where else first["msg"]
 
 
 def did_you_mean(

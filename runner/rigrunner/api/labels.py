@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 from pydantic import AfterValidator, BeforeValidator, Field, WithJsonSchema
 
 from rigrunner.api.member import NAME
+from rigrunner.api.names import valid_name
 from rigrunner.api.quantity import Quantity, parse_quantity
 from rigrunner.api.texts import plain
 from rigrunner.api.units import QuantityError
@@ -25,9 +26,7 @@ _MEANT_AS_QUANTITY = re.compile(r"[^\w\s]?[0-9][0-9.,]*\s+\S|[^\w\s]?[0-9]+[.,][
 def _name(text: str) -> str:
     if "." in text:
         raise ValueError(f"'{text[:40]}' names a set-point; a label has a name without a dot")
-    if not re.fullmatch(NAME, text):
-        raise ValueError(f"'{text[:40]}' is not a name: letters, digits and _, a letter first")
-    if text in RESERVED:
+    if valid_name(text) in RESERVED:
         raise ValueError(f"tables have a column '{text}' already; choose another name")
     return text
 

@@ -13,7 +13,8 @@ from rigrunner.api.texts import plain
 _IDENTIFIER = "[A-Za-z0-9][A-Za-z0-9._-]*"
 
 
-def _name(text: str) -> str:
+def valid_name(text: str) -> str:
+    """Return a name; raise ValueError for any other text."""
     if not re.fullmatch(NAME, text):
         raise ValueError(f"'{text[:40]}' is not a name: letters, digits and _, a letter first")
     return text
@@ -25,7 +26,7 @@ def _identifier(text: str) -> str:
     return text
 
 
-Name = Annotated[str, AfterValidator(_name), Field(json_schema_extra={"pattern": f"^{NAME}$"})]
+Name = Annotated[str, AfterValidator(valid_name), Field(json_schema_extra={"pattern": f"^{NAME}$"})]
 """The name of a role, an input or a parameter."""
 
 Identifier = Annotated[

@@ -97,8 +97,7 @@ def matches(expected: Quantity | str, actual: CoordinateValue) -> bool:
     # A share of the number as written: of 293 K it would be too coarse for a value in °C. The
     # relative tolerance below is for 0 °C, where the conversion to K rounds.
     size = SAME * max(abs(expected.number * expected.unit.factor), 1e-9)
-    si = actual.value * actual_unit.factor + actual_unit.offset
-    return isclose(expected.si, si, rel_tol=SAME * 1e-3, abs_tol=size)
+    return isclose(expected.si, actual_unit.to_si(actual.value), rel_tol=SAME * 1e-3, abs_tol=size)
 
 
 def is_at(place: Mapping[str, Quantity | str], coordinates: Mapping[str, CoordinateValue]) -> bool:

@@ -10,11 +10,12 @@ import re
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
+from rigrunner.api.errors import UsageError
+from rigrunner.api.texts import clip
 from rigrunner.api.unit_tables import FACTORS, Unit
 from rigrunner.api.units import (
     COMPOSED,
     QuantityError,
-    clip,
     find_unit,
     from_si,
     spellings_of,
@@ -77,7 +78,7 @@ class Quantity:
     @property
     def si(self) -> float:
         """The value in the SI unit of its kind (rad, N·m, Hz, K, ...)."""
-        return self.number * self.unit.factor + self.unit.offset
+        return self.unit.to_si(self.number)
 
     @property
     def dimension(self) -> str:
@@ -100,7 +101,7 @@ def readable(si: float, dimension: str) -> Quantity:
     A ratio is given in %, since '1 1' is hard to understand.
     """
     units = [u for u in usual_units(dimension) if u.symbol != "1"]
-    quantities = [Quantity(float(f"{(si - u.offset) / u.factor:.12g}"), u) for u in units]
+    quantities = [Quantity(float(f"{u.from_si(si):.12g}"), u) for u in units]
     # Of a unit without offset, 12 digits are always within this: there is one at least.
     exact = [quantity for quantity in quantities if math.isclose(quantity.si, si, rel_tol=1e-11)]
     return min(exact, key=lambda quantity: len(str(quantity)))
@@ -117,7 +118,7 @@ def legible(si: float, symbol: str) -> str:
     text = f"{si:.6g}"
     if symbol and "e" in text:
         for candidate in usual_and_prefixed(symbol):
-            number = (si - candidate.offset) / candidate.factor
+            number = candidate.from_si(si)
             if 1 <= abs(number) < _LEGIBLE:
                 return f"{number:.6g} {candidate.symbol}"
     return f"{text} {symbol}".rstrip()
@@ -160,6 +161,14 @@ def parse_quantity(text: str, dimension: str | None = None) -> Quantity:
             hint=f"at most {readable(limit, quantity.dimension)}",
         )
     return quantity
+
+
+def entered_si(what: str, text: str, dimension: str) -> float:
+    """Return the SI value of what a person entered; raise UsageError that names what it is for."""
+    try:
+        return parse_quantity(text, dimension).si
+    except QuantityError as error:
+        raise UsageError(f"{what}: {error.message}", hint=error.hint) from error
 
 
 def _marked_digits(text: str) -> QuantityError:

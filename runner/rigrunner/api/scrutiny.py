@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, NoReturn
 import numpy as np
 
 from rigrunner.api.errors import PluginError, RigrunnerError
+from rigrunner.api.texts import clip
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -78,4 +79,4 @@ def is_finite(value: object) -> bool:
 def shown(value: object) -> str:
     """Return a value as text for a message, shortened if long."""
     text = " ".join(repr(value).split())
-    return text if len(text) <= _LONGEST else f"{text[: _LONGEST - 1]}…"
+    return clip(text, _LONGEST)

@@ -37,6 +37,11 @@ def name_of(character: str) -> str:
     return f"U+{ord(character):04X}{f' ({name})' if name else ''}"
 
 
+def clip(text: str, most: int = 40) -> str:
+    """Shorten a text for a message to that many characters."""
+    return text if len(text) <= most else f"{text[: most - 1]}…"
+
+
 def plain(text: str) -> str:
     """Return a text; raise ValueError with the place of a refused character."""
     match = refused_character(text)

@@ -8,10 +8,15 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, TypeVar
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
+
+    from numpy import float64
+    from numpy.typing import NDArray
+
+_Number = TypeVar("_Number", float, "NDArray[float64]")
 
 
 @dataclass(frozen=True)
@@ -23,6 +28,14 @@ class Unit:
     """The kind of quantity, such as 'torque'; of a kind without a name its coherent SI unit."""
     factor: float = 1.0
     offset: float = 0.0
+
+    def to_si(self, number: _Number) -> _Number:
+        """Convert numbers of this unit to SI."""
+        return number * self.factor + self.offset
+
+    def from_si(self, si: _Number) -> _Number:
+        """Convert SI values to this unit."""
+        return (si - self.offset) / self.factor
 
 
 @dataclass(frozen=True)

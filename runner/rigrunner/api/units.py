@@ -17,6 +17,7 @@ from functools import lru_cache
 from typing import TYPE_CHECKING
 
 from rigrunner.api.errors import RigrunnerError
+from rigrunner.api.texts import clip
 from rigrunner.api.unit_tables import (
     BY_NAME_ALONE,
     CUSTOMARY,
@@ -198,8 +199,7 @@ def of_difference(dimension: str) -> str:
 
 def from_si(value: float, symbol: str) -> float:
     """Convert an SI value to a unit."""
-    target = unit(symbol)
-    return (value - target.offset) / target.factor
+    return unit(symbol).from_si(value)
 
 
 def with_symbol(number: str, symbol: str) -> str:
@@ -217,11 +217,6 @@ def with_article(dimension: str) -> str:
     if dimension not in kinds():
         return f"a quantity in {dimension}"
     return f"{'an' if dimension[0] in 'aeiou' else 'a'} {dimension}"
-
-
-def clip(text: str) -> str:
-    """Shorten a text for a message."""
-    return text if len(text) <= _LONGEST else f"{text[: _LONGEST - 1]}…"
 
 
 def _unit_named(spelling: str) -> Unit | None:

@@ -13,7 +13,7 @@ from functools import cached_property
 from math import inf, isfinite, isinf, nan, ulp
 from typing import TYPE_CHECKING, Any, Protocol
 
-from rigrunner.api.units import unit, with_symbol
+from rigrunner.api.units import from_si, with_symbol
 from rigrunner.moved import moved
 
 if TYPE_CHECKING:
@@ -109,8 +109,7 @@ class Limits:
         """Return a value in the unit of texts."""
         number, symbol = value, self.shown_in or self.unit
         if symbol != self.unit:
-            text_unit = unit(symbol)
-            number = (value - text_unit.offset) / text_unit.factor
+            number = from_si(value, symbol)
         return with_symbol(f"{number:.{digits}g}", symbol)
 
     def shown_apart(self, value: float) -> str:

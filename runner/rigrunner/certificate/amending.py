@@ -37,7 +37,7 @@ def amended(
     values: Mapping[str, str],
     letterhead: Letterhead,
     issue: Issue,
-    conformity: Conformity | None = None,
+    conformity: Conformity | None,
 ) -> Certificate:
     """Return the amended document; `issue.amends` names the original, the changes are added.
 

@@ -97,7 +97,6 @@ def read_letterhead(folder: Path, language: str = "") -> Letterhead:
         )
     document = read(path)
     file = validate(LetterheadFile, document)
-    entry = file.laboratory
     texts, templates = _files(folder / "texts", "*.yaml"), _files(folder / "templates", "*.j2")
     style = [folder / STYLE] if (folder / STYLE).is_file() else []
     files = [path, *style, *templates, *texts]
@@ -112,13 +111,7 @@ def read_letterhead(folder: Path, language: str = "") -> Letterhead:
         logo = Logo(picture.read_bytes(), media_type, file.logo.text)
         files.insert(1, picture)
     return Letterhead(
-        laboratory=Laboratory(
-            name=entry.name,
-            address=entry.address,
-            place=entry.place,
-            contact=entry.contact,
-            accreditation=entry.accreditation,
-        ),
+        laboratory=Laboratory(**dict(file.laboratory)),
         language=language or file.language,
         prefix=file.prefix,
         logo=logo,

@@ -60,12 +60,10 @@ def _condition(channel: str, quantity: str, lowest: float, highest: float) -> Co
     )
 
 
-def instruments_of(*runs: RunData | None) -> Iterator[InstrumentEntry]:
+def instruments_of(*runs: RunData) -> Iterator[InstrumentEntry]:
     """Yield the registers of the stations of these runs, each entry once."""
     seen: list[InstrumentEntry] = []
     for run in runs:
-        if run is None:
-            continue
         for instrument in run.instruments.values():
             entry = _entry(instrument, max(run.started_utc, run.ended_utc)[:10])
             if entry not in seen:

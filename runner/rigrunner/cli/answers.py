@@ -6,15 +6,13 @@ import sys
 from typing import TYPE_CHECKING
 
 from rigrunner.api.errors import AbortedError
-from rigrunner.cli.output import message, prompt
+from rigrunner.cli.output import message, prompt, yes_or_no
 from rigrunner.procedure.answers import AnswerError
 
 if TYPE_CHECKING:
     from rigrunner.cli.progress import ProgressSink
     from rigrunner.cli.stopping import SignalStop
     from rigrunner.engine.answers import Ask, Confirm
-
-_YES, _NO = ("y", "yes"), ("n", "no")
 
 
 class TerminalAnswers:
@@ -29,11 +27,7 @@ class TerminalAnswers:
     def confirm(self, step: str, question: Confirm) -> bool:  # noqa: ARG002  (the engine's signature)
         """Ask until the answer is yes or no; there is no default."""
         _show(question.picture)
-        while True:
-            answer = self._answer(f"{question.text} [yes/no] ").lower()
-            if answer in (*_YES, *_NO):
-                return answer in _YES
-            message("Please answer yes or no.")
+        return yes_or_no(self._answer, question.text)
 
     def ask(self, step: str, question: Ask) -> str:  # noqa: ARG002  (the engine's signature)
         """Ask until the answer is accepted.

@@ -6,8 +6,7 @@ import sys
 from typing import TYPE_CHECKING
 
 from rigrunner.api.errors import AbortedError, DataError, RigrunnerError, UsageError, did_you_mean
-from rigrunner.api.quantity import legible, parse_quantity
-from rigrunner.api.units import QuantityError
+from rigrunner.api.quantity import entered_si, legible
 from rigrunner.cli.boundary import show_error
 from rigrunner.cli.keyboard import wait_for_line
 from rigrunner.cli.output import message, prompt, result, unsafe_rig
@@ -101,10 +100,7 @@ def _watch(jog: Jog, words: list[str]) -> None:
 
 
 def _duration(text: str) -> float:
-    try:
-        seconds = parse_quantity(text, "time").si
-    except QuantityError as error:
-        raise UsageError(f"watch: {error.message}", hint=error.hint) from error
+    seconds = entered_si("watch", text, "time")
     if seconds <= 0:
         raise UsageError(f"watch: got {text}, expected more than 0 s")
     return seconds

@@ -6,15 +6,13 @@ import sys
 from typing import TYPE_CHECKING
 
 from rigrunner.api.errors import AbortedError
-from rigrunner.cli.output import message, prompt, warning_label
+from rigrunner.cli.output import message, prompt, warning_label, yes_or_no
 from rigrunner.rig_state import read_marker, read_markers
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
 
     from rigrunner.rig_state import Marker
-
-_YES, _NO = ("y", "yes"), ("n", "no")
 
 
 class TerminalPerson:
@@ -34,20 +32,19 @@ class TerminalPerson:
 
     def agrees(self, question: str) -> bool:
         """Ask until the answer is yes or no; unattended it is yes."""
-        if not self._attended:
-            return True
-        while True:
-            prompt(f"{question} [yes/no] ")
-            line = sys.stdin.readline()
-            if not line:
-                message("")
-                raise AbortedError(
-                    "no answer: the input has ended, and the rig is as it was found",
-                    hint="--unattended makes it safe without asking",
-                )
-            if (answer := line.strip().lower()) in (*_YES, *_NO):
-                return answer in _YES
-            message("Please answer yes or no.")
+        return not self._attended or yes_or_no(_answer, question)
+
+
+def _answer(question: str) -> str:
+    prompt(question)
+    line = sys.stdin.readline()
+    if not line:
+        message("")
+        raise AbortedError(
+            "no answer: the input has ended, and the rig is as it was found",
+            hint="--unattended makes it safe without asking",
+        )
+    return line.strip()
 
 
 def show_left(station: str) -> None:

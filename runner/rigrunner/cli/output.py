@@ -14,8 +14,9 @@ from rigrunner.api.errors import DataError
 from rigrunner.printable import printable
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
+    from collections.abc import Callable, Mapping, Sequence
 
+_AGREES = {"y": True, "yes": True, "n": False, "no": False}
 _ERROR = "error:"
 _RED = click.style(_ERROR, fg="red", bold=True)
 _WARNING = "WARNING:"
@@ -90,6 +91,13 @@ def no_time_limits() -> str:
         f"{warning_label()} time limits are suspended for a debugger: no call of a device is given"
         " up, and a device that hangs is not made safe. Watch the rig."
     )
+
+
+def yes_or_no(ask: Callable[[str], str], question: str) -> bool:
+    """Ask until the answer is yes or no; there is no default."""
+    while (answer := ask(f"{question} [yes/no] ").lower()) not in _AGREES:
+        message("Please answer yes or no.")
+    return _AGREES[answer]
 
 
 def prompt(question: str) -> None:

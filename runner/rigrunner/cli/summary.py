@@ -171,8 +171,7 @@ def coordinate_text(value: str | Mapping[str, Any]) -> str:
     """Return a coordinate of a result document: '2 A', 'final'."""
     if isinstance(value, str):
         return value
-    unit = "" if value["unit"] in {"", "1"} else f" {value['unit']}"
-    return f"{value['value']:.6g}{unit}"
+    return with_symbol(f"{value['value']:.6g}", value["unit"])
 
 
 def _failed_checks(document: Document, method_checks: Iterable[Document]) -> str:

@@ -6,7 +6,7 @@ from bisect import bisect_left
 from dataclasses import dataclass
 from graphlib import CycleError, TopologicalSorter
 from itertools import combinations, pairwise
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import TYPE_CHECKING
 
 from pydantic import ValidationError
 
@@ -19,16 +19,17 @@ from rigrunner.api.units import of_difference, unit, with_article
 from rigrunner.plan.limits import objections_to_limit
 from rigrunner.plan.measured import has_all, planned_data, where_of
 from rigrunner.procedure.named_results import all_named, definitions_of
-from rigrunner.yamlfile.problems import Problems
+from rigrunner.yamlfile.problems import Problems, suggestion
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping, Sequence
 
     from rigrunner.api.analysis import NeededChannel, NeededResult, Requirements
-    from rigrunner.api.findings import Objection, ResultDefinition
+    from rigrunner.api.findings import ResultDefinition
     from rigrunner.plan.actions import Plan, PlannedRecording
     from rigrunner.plan.measured import PlannedData
     from rigrunner.procedure import AnalysisRef, Limit, LoadedProcedure
+    from rigrunner.registry import Registry
     from rigrunner.station import LoadedStation
     from rigrunner.yamlfile.document import Path
 
@@ -37,42 +38,24 @@ _ROUNDING = 1e-9
 """Of duration times frequency: 2.9999999999 cycles are 3."""
 
 
-class AnalysisLookup(Protocol):
-    """Knows what each analysis needs and names."""
-
-    def definitions(self, name: str, settings: Mapping[str, Any]) -> tuple[ResultDefinition, ...]:
-        """Return the results that it names; raise PluginError."""
-        ...
-
-    def requires(self, kind: str, name: str, settings: Mapping[str, Any]) -> Requirements:
-        """Return what a plugin needs with these settings; raise PluginError."""
-        ...
-
-    def objections(
-        self, name: str, settings: Mapping[str, Any], units: Mapping[str, str]
-    ) -> tuple[Objection, ...]:
-        """Return what does not fit the units of what it needs; raise PluginError."""
-        ...
-
-
 def check_analyses(
-    procedure: LoadedProcedure, station: LoadedStation, plan: Plan, lookup: AnalysisLookup
+    procedure: LoadedProcedure, station: LoadedStation, plan: Plan, registry: Registry
 ) -> None:
     """Raise InvalidFileError with all that the analyses need and the run would not give."""
     problems = Problems()
     planned = tuple(planned_data(plan)) if procedure.model.analyses_at else ()
     limits = procedure.model.acceptance.limits if procedure.model.acceptance else ()
     limited = {limit.of for limit in limits}
-    results = {each.name: (path, each) for path, each in definitions_of(procedure, lookup)}
-    complete = all_named(procedure, lookup)
+    results = {each.name: (path, each) for path, each in definitions_of(procedure, registry)}
+    complete = all_named(procedure, registry)
     uses: list[_Use] = []
     for path, plugin in procedure.model.analyses_at:
         try:
-            needs = lookup.requires("analysis", plugin.name, plugin.settings)
+            needs = registry.requires("analysis", plugin.name, plugin.settings)
         except PluginError:
             continue  # reported by the check of the plugins
         uses.append(
-            _Use(procedure, path, plugin, needs, planned, results, complete, lookup, problems)
+            _Use(procedure, path, plugin, needs, planned, results, complete, registry, problems)
         )
     for use in uses:
         if use.has_results() and use.is_measured():
@@ -98,7 +81,7 @@ class _Use:
     """The results of the procedure by name, each with where the analysis stands that makes it."""
     knows_all: bool
     """Whether these are all: an analysis that is refused names none."""
-    lookup: AnalysisLookup
+    registry: Registry
     problems: Problems
 
     @property
@@ -113,8 +96,7 @@ class _Use:
             if needed.name not in self.results:
                 complete = False
                 if self.knows_all:
-                    listed = f"results: {', '.join(self.results) or 'none'}"
-                    hint = did_you_mean(needed.name, self.results, listed)
+                    hint = suggestion(needed.name, self.results, "results")
                     self.complain(needed.key, f"there is no result '{needed.name}'", hint)
                 continue
             per = self.results[needed.name][1].per
@@ -189,7 +171,7 @@ class _Use:
                 self.complain(channel.key, message, f"expected {with_article(channel.quantity)}")
                 return
         units |= {result.name: self.results[result.name][1].unit for result in self.needs.results}
-        objections = self.lookup.objections(self.plugin.name, self.plugin.settings, units)
+        objections = self.registry.objections(self.plugin.name, self.plugin.settings, units)
         for key, message, hint, *column in objections:
             self.complain(key, message, hint, *column)
 
@@ -198,7 +180,7 @@ class _Use:
         if not (self.channels or self.needs.results):
             return
         where = where_of(self.plugin.settings)
-        definitions = self.lookup.definitions(self.plugin.name, self.plugin.settings)
+        definitions = self.registry.definitions(self.plugin.name, self.plugin.settings)
         per = sorted({name for each in definitions for name in each.per})
         if not self.channels:
             of_results = {name for result in self.needs.results for name in
@@ -218,9 +200,9 @@ class _Use:
             return
         everywhere = frozenset.intersection(*(frozenset(each.coordinate_units) for each in chosen))
         for name in sorted(set(per) - everywhere):
-            listed = f"set by then: {', '.join(sorted(everywhere)) or 'none'}"
             message = f"'{name}' is not set wherever {self.channel_names} is measured"
-            self.complain(("per",), message, did_you_mean(name, everywhere, listed))
+            hint = suggestion(name, sorted(everywhere), "set by then")
+            self.complain(("per",), message, hint)
         for needed in self.channels:
             self._check_values(needed, chosen)
             self._check_shared(needed, chosen, per)
@@ -234,7 +216,7 @@ class _Use:
                 # Each has a place: one whose value is not known may be at any.
                 values = sorted({str(each.place[needed.name]) for each in candidates})
                 message = f"nothing is measured at {needed.name} = {value}"
-                hint = did_you_mean(str(value), values, f"there are: {', '.join(values)}")
+                hint = suggestion(str(value), values, "there are")
                 self.complain(needed.key, message, hint)
                 return
 
@@ -293,7 +275,7 @@ class _Use:
             return 0
         try:
             fit = FitChoice.model_validate(choice)
-            return self.lookup.requires("fit", fit.name, fit.settings).points
+            return self.registry.requires("fit", fit.name, fit.settings).points
         except (PluginError, ValidationError):
             return 0  # reported by the check of the plugins
 
@@ -407,9 +389,9 @@ def _set_points(
         point = place.get(name)
         if point is None or isinstance(point.value, str) or any(n not in place for n in per):
             return []
-        unit_ = unit(point.unit or "1")
         key = tuple(place[n].usual for n in per)
-        groups.setdefault(key, []).append((point.value * unit_.factor + unit_.offset, planned))
+        si = unit(point.unit or "1").to_si(point.value)
+        groups.setdefault(key, []).append((si, planned))
     return [*groups.values()]
 
 

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 
 from rigrunner.api.errors import DataError
 from rigrunner.api.steps import Action, StepResult
-from rigrunner.api.units import unit, with_article
+from rigrunner.api.units import from_si, unit, with_article
 from rigrunner.plan.actions import Phase
 from rigrunner.yamlfile.problems import suggestion
 
@@ -74,8 +74,7 @@ class Reached(Action):
         """Read the channel once."""
         value = doing.read((self.member,))[self.member]
         met = not self.minimum <= value <= self.maximum
-        unit_ = unit(self.shown)
-        text = f"{self.member} is {(value - unit_.offset) / unit_.factor:.6g} {self.shown}"
+        text = f"{self.member} is {from_si(value, self.shown):.6g} {self.shown}"
         if met:
             doing.note(step, f"{text}: {self.condition} after {self.number} of {self.of} times")
         elif self.number == self.of:
@@ -114,8 +113,8 @@ class ResultReached(Action):
             raise DataError(message)
         if not isfinite(result.value):  # of no range, and so it would seem to be reached
             raise DataError(f"'{self.result}' is not a finite number ({result.value})")
-        value = result.value * result_unit.factor + result_unit.offset
-        text = f"{self.result} is {(value - unit_.offset) / unit_.factor:.6g} {self.shown}"
+        value = result_unit.to_si(result.value)
+        text = f"{self.result} is {unit_.from_si(value):.6g} {self.shown}"
         met = not self.minimum <= value <= self.maximum
         condition_text = self.condition if met else f"not {self.condition}"
         doing.note(step, f"{text}: {condition_text} after {self.number} of {self.of} times")

@@ -7,8 +7,9 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from rigrunner.api.devices import Readable, Streaming
-from rigrunner.api.units import of_difference, rate_of, unit, units_of, with_article
+from rigrunner.api.units import of_difference, rate_of, unit
 from rigrunner.plan.actions import Interlock
+from rigrunner.plan.safety import wrong_dimension
 from rigrunner.yamlfile.problems import suggestion
 
 if TYPE_CHECKING:
@@ -145,12 +146,7 @@ class _Place:
         return all(fits)
 
     def _has(self, dimension: str, quantity: Quantity, key: str, *more: int) -> bool:
-        if quantity.dimension == dimension:
-            return True
-        needed = f"takes {with_article(dimension)}" if dimension else "has no unit for its rate"
-        message = (
-            f"got '{quantity}', {with_article(quantity.dimension)}; {self.written.channel} {needed}"
-        )
-        hint = f"write it in {' or '.join(units_of(dimension))}" if dimension else ""
-        self.complain(key, message, hint, *more)
-        return False
+        problem = wrong_dimension(quantity, dimension, self.written.channel)
+        if problem:
+            self.complain(key, *problem, *more)
+        return not problem

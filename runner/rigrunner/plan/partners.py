@@ -3,41 +3,28 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Protocol
+from typing import TYPE_CHECKING
 
 from rigrunner.api.analysis.requirements import LATEST, STATION
-from rigrunner.api.errors import PluginError, did_you_mean
+from rigrunner.api.errors import PluginError
 from rigrunner.api.units import unit
 from rigrunner.plan.measured import measured_places
-from rigrunner.yamlfile.problems import Problems
+from rigrunner.yamlfile.problems import Problems, suggestion
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
-    from typing import Any
 
     from rigrunner.api.analysis import Requirements
     from rigrunner.api.analysis.requirements import NeededRun
     from rigrunner.api.coordinates import CoordinateValue
-    from rigrunner.api.settings import Settings
     from rigrunner.plan.actions import Plan
     from rigrunner.procedure import AnalysisRef, LoadedProcedure, Procedure
+    from rigrunner.registry import Registry
     from rigrunner.station import LoadedStation
     from rigrunner.yamlfile.document import Path
 
 Value = float | str
 """Of a set-point, counter or label, in the SI unit."""
-
-
-class PartnerLookup(Protocol):
-    """Knows what an analysis needs, and what a rig may be described by."""
-
-    def requires(self, kind: str, name: str, settings: Mapping[str, Any]) -> Requirements:
-        """Return what a plugin needs with these settings; raise PluginError."""
-        ...
-
-    def rig_model(self) -> type[Settings]:
-        """Return the keys that a station may have under `rig`; raise PluginError."""
-        ...
 
 
 @dataclass(frozen=True)
@@ -52,7 +39,7 @@ class AskedRun:
 
 
 def asked_runs(
-    procedure: Procedure, lookup: PartnerLookup, plan: Plan | None = None
+    procedure: Procedure, registry: Registry, plan: Plan | None = None
 ) -> tuple[AskedRun, ...]:
     """Return all partner runs that a procedure asks for, one for each analysis that does.
 
@@ -62,7 +49,7 @@ def asked_runs(
     asked = []
     for path, plugin in procedure.analyses_at:
         try:
-            needs = lookup.requires(plugin.kind, plugin.name, plugin.settings)
+            needs = registry.requires(plugin.kind, plugin.name, plugin.settings)
         except PluginError:
             continue
         for needed in needs.partners:
@@ -71,13 +58,11 @@ def asked_runs(
     return tuple(asked)
 
 
-def check_partners(
-    procedure: LoadedProcedure, station: LoadedStation, lookup: PartnerLookup
-) -> None:
+def check_partners(procedure: LoadedProcedure, station: LoadedStation, registry: Registry) -> None:
     """Raise InvalidFileError where a requirement for partner runs can never be met."""
     problems, document = Problems(), procedure.document
     first_asked: dict[str, NeededRun] = {}
-    for asked in asked_runs(procedure.model, lookup):
+    for asked in asked_runs(procedure.model, registry):
         needed = asked.needed
         if not needed.procedure and needed.run == LATEST:
             hint = "write the id of the procedure of which it must be a run"
@@ -86,7 +71,7 @@ def check_partners(
         if _identity(first) != _identity(needed):
             message = f"analyses ask for different runs by the name '{needed.name}'"
             problems.add(document, asked.path, message, "give one another name", key=True)
-        _check_common(asked, procedure, station, lookup, problems)
+        _check_common(asked, procedure, station, registry, problems)
     problems.stop_if_any()
 
 
@@ -98,18 +83,18 @@ def _check_common(
     asked: AskedRun,
     procedure: LoadedProcedure,
     station: LoadedStation,
-    lookup: PartnerLookup,
+    registry: Registry,
     problems: Problems,
 ) -> None:
     """Add a problem for what both runs must have in common, and is not known of the rig."""
-    fields = lookup.rig_model().model_fields
+    fields = registry.rig_model().model_fields
     for index, key in enumerate(asked.needed.same):
         if key == STATION:
             continue
         if key not in fields:
             keys = [STATION, *fields]
             message = f"a rig has no key '{key}'"
-            hint = did_you_mean(key, keys, f"there are: {', '.join(keys)}")
+            hint = suggestion(key, keys, "there are")
             problems.add(procedure.document, (*asked.path, "same", index), message, hint)
         elif station.model.rig.get(key) in (None, ""):
             message = f"the analysis needs the key '{key}' of the rig, which is missing"
@@ -133,5 +118,4 @@ def in_si(coordinate: CoordinateValue) -> Value:
     """Return the value of a coordinate in the SI unit."""
     if isinstance(coordinate.value, str):
         return coordinate.value
-    unit_ = unit(coordinate.unit or "1")
-    return coordinate.value * unit_.factor + unit_.offset
+    return unit(coordinate.unit or "1").to_si(coordinate.value)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from contextlib import suppress
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Protocol
+from typing import TYPE_CHECKING
 
 from pydantic import ValidationError
 
@@ -20,33 +20,12 @@ if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator
 
     from rigrunner.api.fit_choice import FitChoice
-    from rigrunner.api.hooks import PluginRecord
     from rigrunner.api.plugin_refs import PluginRef
-    from rigrunner.api.settings import Settings
     from rigrunner.procedure import Acceptance, LoadedProcedure
+    from rigrunner.registry import Registry
     from rigrunner.station import LoadedStation
     from rigrunner.yamlfile import Document
     from rigrunner.yamlfile.document import Path
-
-
-class SettingsLookup(Protocol):
-    """Knows the settings of every plugin."""
-
-    def settings_of(self, kind: str, name: str) -> type[Settings]:
-        """Return the model of a plugin's settings; raise PluginError if there is no such plugin."""
-        ...
-
-    def record(self, kind: str, name: str) -> PluginRecord:
-        """Return what a plugin declares; raise PluginError if there is no such plugin."""
-        ...
-
-    def rig_model(self) -> type[Settings]:
-        """Return the model of all that a station may say of its rig; raise PluginError."""
-        ...
-
-    def rig_of(self, kind: str, name: str) -> type[Settings] | None:
-        """Return what a plugin must know of the rig; raise PluginError if there is no such."""
-        ...
 
 
 @dataclass(frozen=True)
@@ -60,9 +39,7 @@ class _Use:
     settings_at: Path
 
 
-def check_plugins(
-    procedure: LoadedProcedure, station: LoadedStation, lookup: SettingsLookup
-) -> None:
+def check_plugins(procedure: LoadedProcedure, station: LoadedStation, registry: Registry) -> None:
     """Raise InvalidFileError with every plugin that is not there or refuses its settings."""
     problems = Problems()
     analyses = (
@@ -70,31 +47,31 @@ def check_plugins(
         for path, plugin in procedure.model.analyses_at
     )
     plugins = [*analyses, *_uses_of_station(station)]
-    uses = [used for use in plugins for used in _check(use, lookup, problems)]
-    _check_rig(station, uses, lookup, problems)
-    _check_measurand(procedure, lookup, problems)
+    uses = [used for use in plugins for used in _check(use, registry, problems)]
+    _check_rig(station, uses, registry, problems)
+    _check_measurand(procedure, registry, problems)
     if procedure.model.acceptance is not None:
-        _check_rule(procedure.document, procedure.model.acceptance, lookup, problems)
+        _check_rule(procedure.document, procedure.model.acceptance, registry, problems)
     problems.stop_if_any()
 
 
-def check_rule(document: Document, acceptance: Acceptance, lookup: SettingsLookup) -> None:
+def check_rule(document: Document, acceptance: Acceptance, registry: Registry) -> None:
     """Raise InvalidFileError for a decision rule that is not there or refuses its settings."""
     problems = Problems()
-    _check_rule(document, acceptance, lookup, problems)
+    _check_rule(document, acceptance, registry, problems)
     problems.stop_if_any()
 
 
 def _check_rule(
-    document: Document, acceptance: Acceptance, lookup: SettingsLookup, problems: Problems
+    document: Document, acceptance: Acceptance, registry: Registry, problems: Problems
 ) -> None:
     """Check the rule and its settings, of which `fraction` may stand beside it."""
     rule, at = acceptance.rule, ("acceptance", "rule")
     if acceptance.fraction is None:
-        _check(_use(document, at, rule), lookup, problems)
+        _check(_use(document, at, rule), registry, problems)
         return
     try:
-        lookup.settings_of(rule.kind, rule.name).model_validate(acceptance.rule_settings)
+        registry.settings_of(rule.kind, rule.name).model_validate(acceptance.rule_settings)
     except PluginError as error:
         problems.add(document, at, error.message, error.hint)
     except ValidationError as error:
@@ -104,26 +81,26 @@ def _check_rule(
         problems.add(document, ("acceptance", "fraction"), message)
 
 
-def check_station_plugins(station: LoadedStation, lookup: SettingsLookup) -> None:
+def check_station_plugins(station: LoadedStation, registry: Registry) -> None:
     """Raise InvalidFileError with every plugin of a station that is not there or refuses."""
     problems = Problems()
-    uses = [used for use in _uses_of_station(station) for used in _check(use, lookup, problems)]
-    _check_rig(station, uses, lookup, problems)
+    uses = [used for use in _uses_of_station(station) for used in _check(use, registry, problems)]
+    _check_rig(station, uses, registry, problems)
     problems.stop_if_any()
 
 
 def _check_rig(
-    station: LoadedStation, uses: Iterable[_Use], lookup: SettingsLookup, problems: Problems
+    station: LoadedStation, uses: Iterable[_Use], registry: Registry, problems: Problems
 ) -> None:
     """Add a problem for each key of the rig that is wrong, or that a plugin in use needs."""
     needed: dict[str, _Use] = {}
     for use in uses:
         with suppress(PluginError):  # a missing plugin is reported elsewhere
-            model = lookup.rig_of(use.kind, use.name)
+            model = registry.rig_of(use.kind, use.name)
             fields = model.model_fields if model else {}
             needed |= {key: use for key, field in fields.items() if field.is_required()}
     try:
-        validate(lookup.rig_model(), station.document, ("rig",))
+        validate(registry.rig_model(), station.document, ("rig",))
     except PluginError as error:
         problems.add(station.document, ("rig",), error.message, key=True)
     except InvalidFileError as error:
@@ -157,21 +134,21 @@ def _use(document: Document, path: Path, plugin: PluginRef | FitChoice) -> _Use:
     return _Use(plugin.kind, plugin.name, document, named_at, settings_at)
 
 
-def _check(use: _Use, lookup: SettingsLookup, problems: Problems) -> list[_Use]:
+def _check(use: _Use, registry: Registry, problems: Problems) -> list[_Use]:
     """Add what is wrong with a plugin's settings; return it, and the plugins that they name."""
     used = [use]
     try:
-        model = lookup.settings_of(use.kind, use.name)
+        model = registry.settings_of(use.kind, use.name)
         settings = validate(model, use.document, use.settings_at)
         if isinstance(settings, MadeOfOthers):
             for inside, other in settings.others().items():
                 at = (*use.settings_at, *inside)
                 named_at, settings_at = (*at, "plugin"), (*at, "settings")
                 part = _Use(use.kind, other.plugin, use.document, named_at, settings_at)
-                used += _check(part, lookup, problems)
+                used += _check(part, registry, problems)
         for place, named in plugins_in(settings):
             inner = _use(use.document, (*use.settings_at, *place), named)
-            used += _check(inner, lookup, problems)
+            used += _check(inner, registry, problems)
     except PluginError as error:
         at_key = use.named_at == use.settings_at
         problems.add(use.document, use.named_at, error.message, error.hint, key=at_key)
@@ -180,15 +157,13 @@ def _check(use: _Use, lookup: SettingsLookup, problems: Problems) -> list[_Use]:
     return used
 
 
-def _check_measurand(
-    procedure: LoadedProcedure, lookup: SettingsLookup, problems: Problems
-) -> None:
+def _check_measurand(procedure: LoadedProcedure, registry: Registry, problems: Problems) -> None:
     """Add a problem where the measurand is missing, has another unit, or is given twice."""
     document, measurand = procedure.document, procedure.model.measurand
     giving: list[tuple[Path, AnalysisRecord]] = []
     for path, plugin in procedure.model.analyses_at:
         with suppress(PluginError):  # reported by the check of the plugins
-            record = lookup.record(plugin.kind, plugin.name)
+            record = registry.record(plugin.kind, plugin.name)
             if isinstance(record, AnalysisRecord) and record.measurand:
                 giving.append((path, record))
     for path, record in giving[1:]:

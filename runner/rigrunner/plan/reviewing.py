@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import TYPE_CHECKING
 
 from rigrunner.api.errors import PluginError
 from rigrunner.api.member import Member
@@ -18,24 +18,9 @@ if TYPE_CHECKING:
     from rigrunner.api.planned import ExpectedReading, PlanProblem
     from rigrunner.plan.actions import Plan
     from rigrunner.procedure import LoadedProcedure, Procedure
+    from rigrunner.registry import Registry
     from rigrunner.station import LoadedStation
     from rigrunner.yamlfile.document import Path
-
-
-class ReviewLookup(Protocol):
-    """Knows the problems and expectations of each analysis for a planned run."""
-
-    def plan_problems(
-        self, name: str, settings: Mapping[str, Any], planned: PlannedRun
-    ) -> tuple[PlanProblem, ...]:
-        """Return why it cannot use what the run will measure; raise PluginError."""
-        ...
-
-    def expects(
-        self, name: str, settings: Mapping[str, Any], planned: PlannedRun
-    ) -> tuple[ExpectedReading, ...]:
-        """Return what channels will probably show; raise PluginError."""
-        ...
 
 
 def run_to_come(
@@ -66,13 +51,13 @@ def run_to_come(
 
 
 def check_plan(
-    procedure: LoadedProcedure, station: LoadedStation, planned: PlannedRun, lookup: ReviewLookup
+    procedure: LoadedProcedure, station: LoadedStation, planned: PlannedRun, registry: Registry
 ) -> None:
     """Raise InvalidFileError with all that analyses say against a plan, each with its place."""
     problems = Problems()
     for path, plugin in procedure.model.analyses_at:
         try:
-            plan_problems = lookup.plan_problems(plugin.name, plugin.settings, planned)
+            plan_problems = registry.plan_problems(plugin.name, plugin.settings, planned)
         except PluginError:
             continue  # reported by the check of the plugins
         for plan_problem in plan_problems:
@@ -81,11 +66,11 @@ def check_plan(
 
 
 def expected_readings(
-    procedure: Procedure, planned: PlannedRun, lookup: ReviewLookup
+    procedure: Procedure, planned: PlannedRun, registry: Registry
 ) -> Iterator[ExpectedReading]:
     """Yield what channels will probably show, as the analyses say; raise PluginError."""
     for _, plugin in procedure.analyses_at:
-        yield from lookup.expects(plugin.name, plugin.settings, planned)
+        yield from registry.expects(plugin.name, plugin.settings, planned)
 
 
 def _add(

@@ -105,10 +105,19 @@ class _Drives:
         return fits
 
     def _has(self, dimension: str, quantity: Quantity, member: Member, path: Path) -> bool:
-        if quantity.dimension == dimension:
-            return True
-        needed = f"takes {with_article(dimension)}" if dimension else "has no unit for its rate"
-        hint = f"write it in {' or '.join(units_of(dimension))}" if dimension else ""
-        message = f"got '{quantity}', {with_article(quantity.dimension)}; {member} {needed}"
-        self.complain(path, message, hint)
-        return False
+        problem = wrong_dimension(quantity, dimension, member)
+        if problem:
+            self.complain(path, *problem)
+        return not problem
+
+
+def wrong_dimension(quantity: Quantity, dimension: str, member: Member) -> tuple[str, str] | None:
+    """Return what is wrong with a quantity that a member takes, and a hint; None if it fits.
+
+    `dimension` is '' for the rate of what has no unit for it.
+    """
+    if quantity.dimension == dimension:
+        return None
+    needed = f"takes {with_article(dimension)}" if dimension else "has no unit for its rate"
+    hint = f"write it in {' or '.join(units_of(dimension))}" if dimension else ""
+    return f"got '{quantity}', {with_article(quantity.dimension)}; {member} {needed}", hint

@@ -159,4 +159,4 @@ def _si(coordinates: Mapping[str, CoordinateValue], name: str, kind: str) -> flo
             f"the limit follows {with_article(kind)}, and '{name}' is"
             f" {with_article(unit_.dimension)}"
         )
-    return coordinate.value * unit_.factor + unit_.offset
+    return unit_.to_si(coordinate.value)

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import TYPE_CHECKING
 
 from rigrunner.api.conditions import each_until
 from rigrunner.api.errors import PluginError, did_you_mean
 from rigrunner.api.quantity import Quantity
 from rigrunner.procedure.result_limits import misfit
 from rigrunner.procedure.walk import steps_of
-from rigrunner.yamlfile.problems import Problems
+from rigrunner.yamlfile.problems import Problems, suggestion
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping, Sequence
@@ -18,20 +18,13 @@ if TYPE_CHECKING:
     from rigrunner.api.findings import ResultDefinition
     from rigrunner.procedure.loading import LoadedProcedure
     from rigrunner.procedure.result_limits import Limit
+    from rigrunner.registry import Registry
     from rigrunner.yamlfile import Document
     from rigrunner.yamlfile.document import Path
 
 
-class DefinitionLookup(Protocol):
-    """Knows which results each analysis names."""
-
-    def definitions(self, name: str, settings: Mapping[str, Any]) -> tuple[ResultDefinition, ...]:
-        """Return them, known from the settings alone; raise PluginError."""
-        ...
-
-
 def definitions_of(
-    procedure: LoadedProcedure, lookup: DefinitionLookup
+    procedure: LoadedProcedure, registry: Registry
 ) -> Iterator[tuple[Path, ResultDefinition]]:
     """Yield each result that a procedure names, and which analysis makes it.
 
@@ -40,33 +33,33 @@ def definitions_of(
     """
     for path, plugin in procedure.model.analyses_at:
         try:
-            definitions = lookup.definitions(plugin.name, plugin.settings)
+            definitions = registry.definitions(plugin.name, plugin.settings)
         except PluginError:
             continue
         for definition in definitions:
             yield path, definition
 
 
-def all_named(procedure: LoadedProcedure, lookup: DefinitionLookup) -> bool:
+def all_named(procedure: LoadedProcedure, registry: Registry) -> bool:
     """Say whether each analysis states its results: one that is refused does not."""
     try:
         for _, plugin in procedure.model.analyses_at:
-            lookup.definitions(plugin.name, plugin.settings)
+            registry.definitions(plugin.name, plugin.settings)
     except PluginError:
         return False
     return True
 
 
-def check_result_limits(procedure: LoadedProcedure, lookup: DefinitionLookup) -> None:
+def check_result_limits(procedure: LoadedProcedure, registry: Registry) -> None:
     """Raise InvalidFileError with every limit of a result that is not named, or of another kind."""
     problems, definitions = Problems(), dict[str, "ResultDefinition"]()
     document = procedure.document
-    for path, definition in definitions_of(procedure, lookup):
+    for path, definition in definitions_of(procedure, registry):
         if definition.name in definitions:
             message = f"there are two results '{definition.name}'"
             problems.add(document, path, message, "give one of them another name", key=True)
         definitions.setdefault(definition.name, definition)
-    complete = all_named(procedure, lookup)
+    complete = all_named(procedure, registry)
     acceptance = procedure.model.acceptance
     analyses = [plugin.name for _, plugin in procedure.model.analyses_at]
     for index, limit in enumerate(acceptance.limits if acceptance else ()):
@@ -156,6 +149,5 @@ def _check_values(
 
 
 def _no_coordinate(definition: ResultDefinition, name: str) -> tuple[str, str]:
-    listed = f"it has: {', '.join(definition.per) or 'none'}"
-    hint = did_you_mean(name, definition.per, listed)
+    hint = suggestion(name, definition.per, "it has")
     return f"'{definition.name}' has no coordinate '{name}'", hint

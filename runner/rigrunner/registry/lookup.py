@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import difflib
 from collections import defaultdict
 from collections.abc import Mapping
 from contextlib import contextmanager, suppress
@@ -14,7 +13,7 @@ from pydantic import ValidationError, create_model
 
 from rigrunner.api.analysis import Requirements
 from rigrunner.api.analysis_context import AnalysisContext
-from rigrunner.api.errors import PluginError, RigrunnerError
+from rigrunner.api.errors import PluginError, RigrunnerError, did_you_mean
 from rigrunner.api.fit_choice import chosen_fits
 from rigrunner.api.hooks import (
     AnalysisRecord,
@@ -199,9 +198,8 @@ class Registry:
         self, name: str, settings: Mapping[str, Any], context: AnalysisContext | None = None
     ) -> tuple[ResultDefinition, ...]:
         """Return the results of an analysis from its settings; raise PluginError."""
-        record, validated = self._analysis(name), self.validated("analysis", name, settings)
-        with _naming(self.find("analysis", name)):
-            definitions = tuple(record.yields(validated, *self._context(record, context)))
+        with self._analysis(name, settings, context) as (record, validated, last):
+            definitions = tuple(record.yields(validated, *last))
         for definition in definitions:
             try:
                 unit(definition.unit)
@@ -214,31 +212,27 @@ class Registry:
         self, name: str, settings: Mapping[str, Any], units: Mapping[str, str]
     ) -> tuple[Objection, ...]:
         """Return settings that do not fit the units of the requirements; raise PluginError."""
-        record, validated = self._analysis(name), self.validated("analysis", name, settings)
         symbols = dict(units)
-        for field, fit in chosen_fits(validated).items():
+        for field, fit in chosen_fits(self.validated("analysis", name, settings)).items():
             with suppress(PluginError):  # reported by the check of the plugins
                 parameters = self.requires("fit", fit.name, fit.settings).parameters
                 symbols |= {f"{field}.{name}": symbol for name, symbol in parameters.items()}
-        with _naming(self.find("analysis", name)):
+        with self._analysis(name, settings) as (record, validated, _):
             return tuple(record.objections(validated, symbols))
 
     def partner_problems(
         self, name: str, settings: Mapping[str, Any], planned: PlannedRun, partner: RunData
     ) -> tuple[str, ...]:
         """Return what speaks against a partner run; raise PluginError."""
-        record, validated = self._analysis(name), self.validated("analysis", name, settings)
-        with _naming(self.find("analysis", name)):
-            context = self._context(record, None)
-            return tuple(record.partner_problems(validated, planned, partner, *context))
+        with self._analysis(name, settings) as (record, validated, last):
+            return tuple(record.partner_problems(validated, planned, partner, *last))
 
     def plan_problems(
         self, name: str, settings: Mapping[str, Any], planned: PlannedRun
     ) -> tuple[PlanProblem, ...]:
         """Return why an analysis cannot use what a run will measure; raise PluginError."""
-        record, validated = self._analysis(name), self.validated("analysis", name, settings)
-        with _naming(self.find("analysis", name)):
-            return tuple(record.plan_problems(validated, planned, *self._context(record, None)))
+        with self._analysis(name, settings) as (record, validated, last):
+            return tuple(record.plan_problems(validated, planned, *last))
 
     def entering(
         self, name: str, settings: Mapping[str, Any], planned: PlannedRun
@@ -247,29 +241,24 @@ class Registry:
 
         None for an analysis that does not say more than it requires.
         """
-        record, validated = self._analysis(name), self.validated("analysis", name, settings)
-        with _naming(self.find("analysis", name)):
+        with self._analysis(name, settings) as (record, validated, last):
             if record.entering is None:
                 return None
-            return tuple(record.entering(validated, planned, *self._context(record, None)))
+            return tuple(record.entering(validated, planned, *last))
 
     def expects(
         self, name: str, settings: Mapping[str, Any], planned: PlannedRun
     ) -> tuple[ExpectedReading, ...]:
         """Return what channels will probably show; raise PluginError."""
-        record, validated = self._analysis(name), self.validated("analysis", name, settings)
-        with _naming(self.find("analysis", name)):
-            return tuple(record.expects(validated, planned, *self._context(record, None)))
+        with self._analysis(name, settings) as (record, validated, last):
+            return tuple(record.expects(validated, planned, *last))
 
     def live(
         self, name: str, settings: Mapping[str, Any], context: AnalysisContext | None = None
     ) -> LiveAnalysis | None:
         """Return the live view of an analysis, if it has one; raise PluginError."""
-        record, validated = self._analysis(name), self.validated("analysis", name, settings)
-        with _naming(self.find("analysis", name)):
-            if record.live is None:
-                return None
-            return record.live(validated, *self._context(record, context))
+        with self._analysis(name, settings, context) as (record, validated, last):
+            return None if record.live is None else record.live(validated, *last)
 
     def _context(
         self, record: PluginRecord, context: AnalysisContext | None
@@ -279,10 +268,16 @@ class Registry:
             return (context or AnalysisContext(plugins=self),)
         return ()
 
-    def _analysis(self, name: str) -> AnalysisRecord:
-        record = self.find("analysis", name).record
+    @contextmanager
+    def _analysis(
+        self, name: str, settings: Mapping[str, Any], context: AnalysisContext | None = None
+    ) -> Iterator[tuple[AnalysisRecord, Settings, tuple[AnalysisContext, ...]]]:
+        """Give the record of an analysis, its settings and its last arguments, for one call."""
+        plugin, validated = self.find("analysis", name), self.validated("analysis", name, settings)
+        record = plugin.record
         assert isinstance(record, AnalysisRecord)  # noqa: S101  (guaranteed by the kind)
-        return record
+        with _naming(plugin):
+            yield record, validated, self._context(record, context)
 
     def revision(self, kind: str, name: str) -> int:
         """Return the revision of a plugin; raise PluginError if it does not exist."""
@@ -428,11 +423,9 @@ class Registry:
 
     def suggestion(self, name: str, names: Sequence[str]) -> str:
         """Return a similar name, and providers that could not be loaded and may have it."""
-        matches = difflib.get_close_matches(name, names, n=1)
-        hint = f"there are: {', '.join(names) or 'none'}"
-        if matches:
-            question = f"did you mean '{matches[0]}'?"
-            hint = f"{question} {hint}" if len(names) <= _FEW else question
+        hint, listed = did_you_mean(name, names), f"there are: {', '.join(names) or 'none'}"
+        if not hint or len(names) <= _FEW:
+            hint = f"{hint} {listed}".lstrip()
         return "; ".join([*(f"disabled: {plugin}" for plugin in self.disabled), hint])
 
 

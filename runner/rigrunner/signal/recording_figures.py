@@ -82,7 +82,7 @@ def _in_unit(si: Array, si_unit: str, written_in: str) -> tuple[Array, str]:
     if not written_in:
         return si, si_unit
     unit = unit_of(written_in)
-    return (si - unit.offset) / unit.factor, unit.symbol
+    return unit.from_si(si), unit.symbol
 
 
 def _span(name: str, values: Array, unit: str) -> str:

@@ -6,13 +6,14 @@ import hashlib
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
-from rigrunner.api.errors import InvalidFileError, Problem, did_you_mean
+from rigrunner.api.errors import InvalidFileError, Problem
 from rigrunner.api.instruments import STORED
 from rigrunner.api.member import Member
 from rigrunner.station.fixing import as_if_fixed
 from rigrunner.station.model import Station
 from rigrunner.yamlfile import parse, validate
 from rigrunner.yamlfile.document import dotted
+from rigrunner.yamlfile.problems import suggestion
 from rigrunner.yamlfile.reader import read_text
 from rigrunner.yamlfile.upgrade import refuse_older
 from rigrunner.yamlfile.upgrade_register import current_station
@@ -102,7 +103,7 @@ def _register_problems(document: Document, *, sure_of_roles: bool) -> Iterator[P
             continue
         location, field = document.where(path), dotted(path)
         if sure_of_roles and role not in roles:
-            hint = did_you_mean(role, roles, f"roles: {', '.join(roles)}")
+            hint = suggestion(role, roles, "roles")
             yield Problem(f"there is no device in the role '{role}'", location, field, hint)
         if channel in channels:
             yield Problem(f"'{channel}' is registered twice", location, field)

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Literal
 
 from pydantic import BaseModel, ConfigDict, ValidationError
 
-from rigrunner.api.errors import DataError
+from rigrunner.api.errors import DataError, first_problem
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -76,11 +76,8 @@ def read_manifest(folder: Path) -> TapeManifest:
             hint="a tape is a folder that --record wrote",
         ) from error
     except (ValidationError, ValueError) as error:
-        where = ""
-        if isinstance(error, ValidationError):
-            first = error.errors()[0]
-            where = f": {'.'.join(map(str, first['loc']))}: {first['msg']}"
-        raise DataError(f"{path} is not a tape that this Rigrunner knows{where}") from error
+        what = f": {first_problem(error)}" if isinstance(error, ValidationError) else ""
+        raise DataError(f"{path} is not a tape that this Rigrunner knows{what}") from error
 
 
 def differences(then: TapeManifest, now: TapeManifest) -> Iterator[str]:

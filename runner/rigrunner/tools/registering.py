@@ -17,7 +17,7 @@ from pydantic import ValidationError
 
 from rigrunner.api.analysis import Component
 from rigrunner.api.data import Estimate
-from rigrunner.api.errors import DataError
+from rigrunner.api.errors import DataError, first_problem
 from rigrunner.api.instruments import DEFAULT_QUANTITY, ZEROED, Instrument
 from rigrunner.api.units import unit
 from rigrunner.documents.verifying.run import check_run
@@ -58,25 +58,18 @@ class EntryDetails:
     full_scale: str = ""
 
 
-@dataclass(frozen=True)
-class Entry:
-    """An entry as a station has it."""
-
-    document: dict[str, Any]
-
-    @property
-    def lines(self) -> str:
-        """Return it in YAML, to be put under `instruments:`."""
-        lines = []
-        for key, value in self.document.items():
-            if key == "points":
-                lines += ["points:", *(f"  - {_flow_style(point)}" for point in value)]
-            else:
-                lines.append(f"{key}: {_flow_style(value)}")
-        return "\n".join(("  - " if not i else "    ") + line for i, line in enumerate(lines))
+def entry_yaml(entry: Mapping[str, Any]) -> str:
+    """Return an entry in YAML, to be put under `instruments:`."""
+    lines = []
+    for key, value in entry.items():
+        if key == "points":
+            lines += ["points:", *(f"  - {_flow_style(point)}" for point in value)]
+        else:
+            lines.append(f"{key}: {_flow_style(value)}")
+    return "\n".join(("  - " if not i else "    ") + line for i, line in enumerate(lines))
 
 
-def entry_from(path: Path, details: EntryDetails, registry: Registry) -> Entry:
+def entry_from(path: Path, details: EntryDetails, registry: Registry) -> dict[str, Any]:
     """Return the entry that a calibration gives; raise DataError where it gives none."""
     if sealed_file_of(path) is None:
         raise DataError(f"{path} is not sealed", hint="finish it with 'rigrunner recover'")
@@ -122,10 +115,8 @@ def entry_from(path: Path, details: EntryDetails, registry: Registry) -> Entry:
     try:
         Instrument.model_validate(entry)
     except ValidationError as error:
-        first = error.errors()[0]
-        where = ".".join(str(part) for part in first["loc"])
-        raise DataError(f"{run.run_id} gives no entry: {where}: {first['msg']}") from error
-    return Entry(entry)
+        raise DataError(f"{run.run_id} gives no entry: {first_problem(error)}") from error
+    return entry
 
 
 def _check_readings(header: RunHeader, instruments: Mapping[str, Instrument], serial: str) -> None:

@@ -57,11 +57,6 @@ def end_of(node: yaml.Node) -> int:
     return end_of(node.value[-1])
 
 
-def lines_of(text: str) -> list[str]:
-    """Return the lines of a text, each with its line end."""
-    return text.splitlines(keepends=True)
-
-
 def line_end_of(text: str) -> str:
     """Return the line end that a text uses."""
     return "\r\n" if "\r\n" in text else "\n"

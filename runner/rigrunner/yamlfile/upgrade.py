@@ -7,6 +7,7 @@ stored in old runs are converted here first.
 from __future__ import annotations
 
 import shlex
+from textwrap import indent
 from typing import TYPE_CHECKING, Any
 
 import yaml
@@ -173,8 +174,8 @@ def _current_text(text: str, data: dict[str, Any]) -> str:
         _, value = layout.pair_at(text, ("analysis",))
         return layout.splice(text, value.start_mark.index, value.end_mark.index, "[]")
     if analysis.get("starts") is None:
-        return _as_item(text, ("analysis",), "swing_torque")
-    return _as_item(_without_level(text, ("analysis", "starts")), ("analysis",), "breakaway")
+        return _with_listed_analysis(text, "swing_torque")
+    return _with_listed_analysis(_without_starts(text), "breakaway")
 
 
 def _with_limits(text: str, acceptance: dict[str, Any], older: list[dict[str, Any]]) -> str:
@@ -260,45 +261,33 @@ def _with_one_item(text: str) -> str:
         return layout.splice(text, begin, stop, f"{quote}limits{quote}")
     first, last = layout.lines_below(text, key, value)
     at = value.start_mark.index
-    lines = [
-        f"{' ' * _ITEM}{line}" if line.strip() else line for line in layout.lines_of(text[at:last])
-    ]
-    head = [
-        f"{' ' * _ITEM}{line}"
-        for line in layout.lines_of(text[first : at - value.start_mark.column])
-    ]
-    new = "".join(head) + " " * value.start_mark.column + "- " + "".join(lines)[_ITEM:]
+    margin, column = " " * _ITEM, " " * value.start_mark.column
+    head = indent(text[first : at - len(column)], margin, lambda _: True)
+    new = f"{head}{column}- {indent(text[at:last], margin)[_ITEM:]}"
     return layout.splice(layout.splice(text, first, last, new), begin, stop, "limits")
 
 
-def _as_item(text: str, path: tuple[str, ...], name: str) -> str:
-    """Return the text with the mapping at a key as the one item of a list, under a name."""
-    key, value = layout.pair_at(text, path)
+def _with_listed_analysis(text: str, name: str) -> str:
+    """Return the text with the analysis as the one item of a list, under a name."""
+    key, value = layout.pair_at(text, ("analysis",))
     start, end = value.start_mark.index, value.end_mark.index
     if layout.is_flow(value):
         quote = '"' if key.style == '"' else ""
         inner = f"{quote}{name}{quote}: {text[start:end]}"
         # Within braces, or over several lines, no block can begin.
-        if (
-            layout.is_flow(layout.mapping_at(text, path[:-1]))
-            or "\n" in text[key.start_mark.index : end]
-        ):
+        if layout.is_flow(layout.mapping_at(text, ())) or "\n" in text[key.start_mark.index : end]:
             return layout.splice(text, start, end, f"[{{{inner}}}]")
         colon = text.index(":", key.end_mark.index) + 1
-        indent = " " * (key.start_mark.column + _ITEM)
-        return layout.splice(text, colon, end, f"\n{indent}- {inner}")
+        margin = " " * (key.start_mark.column + _ITEM)
+        return layout.splice(text, colon, end, f"\n{margin}- {inner}")
     first, last = layout.lines_below(text, key, value)
-    lines = [
-        f"{' ' * _NESTED}{line}" if line.strip() else line
-        for line in layout.lines_of(text[first:last])
-    ]
     head = f"{' ' * value.start_mark.column}- {name}:{layout.line_end(text[first:last])}"
-    return layout.splice(text, first, last, head + "".join(lines))
+    return layout.splice(text, first, last, head + indent(text[first:last], " " * _NESTED))
 
 
-def _without_level(text: str, path: tuple[str, ...]) -> str:
-    """Return the text with the mapping's keys moved up one level, in place of its key."""
-    key, value = layout.pair_at(text, path)
+def _without_starts(text: str) -> str:
+    """Return the text with the keys under `starts` of the analysis in place of that key."""
+    key, value = layout.pair_at(text, ("analysis", "starts"))
     start, end = key.start_mark.index, value.end_mark.index
     if not isinstance(value, yaml.MappingNode):
         return text
@@ -306,7 +295,7 @@ def _without_level(text: str, path: tuple[str, ...]) -> str:
         pairs = [text[k.start_mark.index : v.end_mark.index] for k, v in value.value]
         separator = (
             ", "
-            if layout.is_flow(layout.mapping_at(text, path[:-1]))
+            if layout.is_flow(layout.mapping_at(text, ("analysis",)))
             else f"\n{' ' * key.start_mark.column}"
         )
         quote = '"' if key.style == '"' else ""
@@ -317,7 +306,7 @@ def _without_level(text: str, path: tuple[str, ...]) -> str:
     # A comment may be indented less than the keys.
     lines = [
         line[min(excess, len(line) - len(line.lstrip(" "))) :]
-        for line in layout.lines_of(text[first:last])
+        for line in text[first:last].splitlines(keepends=True)
     ]
     begin = text.rindex("\n", 0, start) + 1
     comment = text[text.index(":", key.end_mark.index) + 1 : first].lstrip(" ")

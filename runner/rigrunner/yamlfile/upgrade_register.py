@@ -104,7 +104,7 @@ def _lines(text: str, key: yaml.Node, value: yaml.Node, indent: str) -> list[str
         return [indent + pair for pair in _pairs(text, value)]
     first, last = layout.lines_below(text, key, value)
     indented = value.start_mark.column
-    lines = [line.rstrip("\r\n") for line in layout.lines_of(text[first:last])]
+    lines = [line.rstrip("\r\n") for line in text[first:last].splitlines(keepends=True)]
     return [indent + line[indented:] if line[:indented].strip() == "" else line for line in lines]
 
 

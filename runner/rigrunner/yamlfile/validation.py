@@ -88,19 +88,19 @@ def _problem(
     kind, loc = details["type"], details["loc"]
     path = at + _path_in_file(document.part(at), loc, keep_last=kind == "missing")
     keys = known_keys(model_type, loc[:-1]) if kind == "extra_forbidden" else ()
-    finding = describe(details, keys)
+    message, hint = describe(details, keys)
     if kind == "missing":
         where = document.where(path[:-1], key=True)
-        return Problem(finding.message, where, dotted(path), finding.hint)
+        return Problem(message, where, dotted(path), hint)
     if kind == "extra_forbidden" or loc[-1:] == ("[key]",):
-        return Problem(finding.message, document.where(path, key=True), dotted(path), finding.hint)
+        return Problem(message, document.where(path, key=True), dotted(path), hint)
     error = details.get("ctx", {}).get("error")
     path += getattr(error, "key", ())  # of a validator of the whole that knows the part
     column = getattr(error, "column", None)
     where = document.where(path) if column is None else document.within(path, column)
     origin = document.origin(path)
-    hints = (finding.hint, f"it is written at {origin}" if origin else "")
-    return Problem(finding.message, where, dotted(path), "; ".join(filter(None, hints)))
+    hints = (hint, f"it is written at {origin}" if origin else "")
+    return Problem(message, where, dotted(path), "; ".join(filter(None, hints)))
 
 
 def _path_in_file(data: Any, loc: tuple[int | str, ...], *, keep_last: bool) -> Path:

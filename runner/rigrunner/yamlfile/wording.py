@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import difflib
 import re
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from rigrunner.api.errors import RigrunnerError, did_you_mean
 from rigrunner.api.member import NAME
+from rigrunner.api.texts import clip
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -48,32 +47,24 @@ _FILE_MARK = re.compile(r"([a-z]+)/[0-9]+")
 _LONGEST = 60
 
 
-@dataclass(frozen=True)
-class Finding:
-    """What is wrong, and how to fix it."""
-
-    message: str
-    hint: str = ""
-
-
-def describe(details: ErrorDetails, keys: Sequence[str] = ()) -> Finding:
-    """Return the finding for a pydantic error. `keys` are the known keys where one is unknown."""
+def describe(details: ErrorDetails, keys: Sequence[str] = ()) -> tuple[str, str]:
+    """Return message and hint for a pydantic error; `keys`: the known ones, for an unknown key."""
     kind, loc, got = details["type"], details["loc"], details["input"]
     context = details.get("ctx", {})
     if kind == "missing":
         hint = _MARK_HINT if loc == ("rigrunner",) else ""
-        return Finding(f"the key '{loc[-1]}' is missing", hint)
+        return f"the key '{loc[-1]}' is missing", hint
     if kind == "extra_forbidden":
-        return Finding(f"unknown key '{clip(str(loc[-1]))}'", key_hint(str(loc[-1]), keys))
+        return f"unknown key '{clip(str(loc[-1]), _LONGEST)}'", key_hint(str(loc[-1]), keys)
     if isinstance(error := context.get("error"), RigrunnerError):
-        return Finding(error.message, error.hint)
+        return error.message, error.hint
     if kind not in _ALLOWED:
         message = str(context.get("error", details["msg"]))
         if kind != "value_error":  # pydantic's own words
             message = message[:1].lower() + message[1:]
-        return Finding(message, str(context.get("hint", "")))
+        return message, str(context.get("hint", ""))
     allowed = _PATTERN_WORDS.get(context.get("pattern", "")) or _ALLOWED[kind].format(**context)
-    return Finding(f"got {show(got)}{ALLOWED}{allowed}", _scalar_hint(kind, got, context))
+    return f"got {show(got)}{ALLOWED}{allowed}", _scalar_hint(kind, got, context)
 
 
 def show(value: object) -> str:
@@ -83,24 +74,17 @@ def show(value: object) -> str:
     if isinstance(value, bool):
         return str(value).lower()
     if isinstance(value, str):
-        return f"'{clip(value)}'"
+        return f"'{clip(value, _LONGEST)}'"
     if isinstance(value, dict):
-        return f"a mapping of {clip(', '.join(map(str, value))) or 'nothing'}"
+        return f"a mapping of {clip(', '.join(map(str, value)), _LONGEST) or 'nothing'}"
     if isinstance(value, (list, tuple)):
         return f"a list of {len(value)}"
-    return clip(str(value))
-
-
-def clip(text: str) -> str:
-    """Return the text, shortened to fit a screen."""
-    return text if len(text) <= _LONGEST else f"{text[: _LONGEST - 1]}…"
+    return clip(str(value), _LONGEST)
 
 
 def key_hint(key: str, keys: Sequence[str]) -> str:
     """Return the most similar key, and the keys that exist."""
-    matches = difflib.get_close_matches(key[:_LONGEST], keys, n=1)
-    suggestion = f"did you mean '{matches[0]}'? " if matches else ""
-    return f"{suggestion}known keys: {', '.join(keys)}" if keys else ""
+    return f"{did_you_mean(key, keys)} known keys: {', '.join(keys)}".lstrip() if keys else ""
 
 
 def _scalar_hint(kind: str, got: object, context: Mapping[str, Any]) -> str:

@@ -18,7 +18,7 @@ from rigrunner.api.findings import MissingResult
 from rigrunner.api.instruments import Instrument
 from rigrunner.api.quantity import Quantity
 from rigrunner.api.units import unit
-from rigrunner.tools.registering import Entry, _points
+from rigrunner.tools.registering import _points, entry_yaml
 from rigrunner.yamlfile import parse
 
 
@@ -140,7 +140,7 @@ def test_points_correct_the_indications(quantity, symbol, difference, less_zero)
 
 @pytest.mark.parametrize("serial", ["null", "True", "no", "SN 1", "a: b", "- x", "Größe"])
 def test_serial_number_round_trips_as_text(serial):
-    lines = Entry({"channel": "a.b", "serial": serial, "points": [{"applied": "1 N"}]}).lines
+    lines = entry_yaml({"channel": "a.b", "serial": serial, "points": [{"applied": "1 N"}]})
     (entry,) = parse(f"instruments:\n{lines}\n", "station.yaml").data["instruments"]
     assert entry == {"channel": "a.b", "serial": serial, "points": [{"applied": "1 N"}]}
 

@@ -17,7 +17,7 @@ from rigrunner.signal.rounding import places, places_apart, places_of_margin, pr
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping, Sequence
 
-    from rigrunner.analysis.lookup import Lookup
+    from rigrunner.analysis.scrutiny import Scrutiny
     from rigrunner.api.data import Estimate
     from rigrunner.api.quantity import Quantity
     from rigrunner.api.verdict import DecisionRule, Limits, Zone
@@ -41,10 +41,10 @@ class AppliedRule:
     """A verdict that so small a difference would change is marginal, in limits of its kind."""
 
     @classmethod
-    def of(cls, acceptance: Acceptance, lookup: Lookup) -> AppliedRule:
+    def of(cls, acceptance: Acceptance, scrutiny: Scrutiny) -> AppliedRule:
         """Return the rule that a procedure names; raise PluginError."""
         name = acceptance.rule.name
-        zones = lookup.make("decision_rule", name, acceptance.rule_settings)
+        zones = scrutiny.make("decision_rule", name, acceptance.rule_settings)
         return cls(name, zones, acceptance.marginal)
 
     def __str__(self) -> str:

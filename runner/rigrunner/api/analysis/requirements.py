@@ -89,7 +89,7 @@ class NeededRun:
     """A partner run that an analysis requires.
 
     It must be completed, and be no replay of a tape, unless this run is one too. Raises ValueError
-    for a name that cannot be one.
+    for a name that cannot be one, and for a certain `run` to be made `after` this one.
     """
 
     name: str
@@ -118,9 +118,11 @@ class NeededRun:
     """Whether the analysis is also made without it, and reports what is missing."""
 
     def __post_init__(self) -> None:
-        """Refuse a name that cannot be one."""
+        """Refuse a name that cannot be one, and a certain run that does not exist yet."""
         if not re.fullmatch(NAME, self.name) or self.name in _FILES:
             raise ValueError(f"'{self.name}' cannot be the name of a partner run")
+        if self.after and self.run != LATEST:
+            raise ValueError(f"'{self.name}' is made after this run: expected run='{LATEST}'")
 
     @property
     def words(self) -> str:

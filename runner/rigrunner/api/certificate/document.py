@@ -27,7 +27,7 @@ from rigrunner.api.certificate.results import (
     RejectedCycle,
     Results,
 )
-from rigrunner.api.errors import DataError
+from rigrunner.api.errors import DataError, first_problem
 from rigrunner.api.partner_keys import KEYS, ONLY_AFTER
 
 _IN_SCRIPT = str.maketrans({"<": "\\u003c", ">": "\\u003e", "&": "\\u0026"})
@@ -123,12 +123,10 @@ def parse_certificate(text: str | bytes, name: str) -> Certificate:
     except _TwiceError as error:  # of two members of one name some programs read the first
         raise DataError(f"{name} is not a certificate: '{error}' is given twice") from error
     except ValidationError as error:
-        first = error.errors()[0]
-        where = ".".join(str(step) for step in first["loc"])
         count = error.error_count()
         more = f" (and {count - 1} more)" if count > 1 else ""
         raise DataError(
-            f"{name} is not a certificate: {f'{where}: ' if where else ''}{first['msg']}{more}",
+            f"{name} is not a certificate: {first_problem(error)}{more}",
             hint="expected the JSON file that 'rigrunner certify' wrote",
         ) from error
     return certificate

@@ -14,7 +14,7 @@ from typing import IO, TYPE_CHECKING, Literal
 
 from pydantic import ValidationError
 
-from rigrunner.api.errors import DataError
+from rigrunner.api.errors import DataError, first_problem
 from rigrunner.api.settings import Settings
 from rigrunner.runfile import file_differences, read_info, refuse_crashing
 
@@ -71,9 +71,8 @@ def parse_contents(text: bytes) -> Contents:
     try:
         contents = Contents.model_validate_json(text)
     except ValidationError as error:
-        first = error.errors()[0]
-        where = ".".join(map(str, first["loc"])) or "it"
-        raise DataError(f"its list of files is not valid: {where}: {first['msg']}") from error
+        what = first_problem(error, "it")
+        raise DataError(f"its list of files is not valid: {what}") from error
     names = [file.name for file in contents.files]
     unsafe = next((name for name in [contents.folder, *names] if not is_safe(name)), None)
     if unsafe is not None or "/" in contents.folder:

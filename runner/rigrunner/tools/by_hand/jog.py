@@ -13,12 +13,11 @@ from rigrunner.api.errors import (
     DeviceRejectedError,
     RigrunnerError,
     UsageError,
-    did_you_mean,
 )
 from rigrunner.api.events import Alarm, Intervention, MadeSafe, Note
 from rigrunner.api.member import Member
-from rigrunner.api.quantity import legible, parse_quantity
-from rigrunner.api.units import QuantityError, unit
+from rigrunner.api.quantity import entered_si, legible
+from rigrunner.api.units import unit
 from rigrunner.bus import Bus, Emitter
 from rigrunner.engine import UnattendedAnswers
 from rigrunner.engine.interlocks import Guard
@@ -33,6 +32,7 @@ from rigrunner.run.overrides import without_time_limits
 from rigrunner.station.drive_rules import DriveRules
 from rigrunner.steps.measure import Measure
 from rigrunner.steps.set_drives import SetDrive
+from rigrunner.yamlfile.problems import suggestion
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
@@ -85,10 +85,7 @@ class Jog:
     def set(self, drive: str, text: str) -> float:
         """Set a drive to a set-point such as '5 Hz', and return its read-back in SI units."""
         info = _lookup("drive", drive, self.drives)
-        try:
-            value = parse_quantity(text, unit(info.unit).dimension).si
-        except QuantityError as error:
-            raise UsageError(f"{drive}: {error.message}", hint=error.hint) from error
+        value = entered_si(drive, text, unit(info.unit).dimension)
         if not info.minimum <= value <= info.maximum:
             raise UsageError(f"{drive}: {text} is out of range ({info.range_text})")
         self.check_interlocks()
@@ -324,6 +321,6 @@ def _needed_roles(ready: ReadyStation, role: str) -> set[str]:
 
 def _lookup(what: str, name: str, entries: Mapping[str, _T]) -> _T:
     if name not in entries:
-        hint = did_you_mean(name, entries, f"there are: {', '.join(entries) or 'none'}")
+        hint = suggestion(name, entries, "there are")
         raise UsageError(f"there is no {what} '{name}'", hint=hint)
     return entries[name]

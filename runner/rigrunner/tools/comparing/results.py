@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Any
 from rigrunner.analysis.verdict.document import verdict_in
 from rigrunner.api.analysis import Component
 from rigrunner.api.quantity import Estimate
-from rigrunner.api.units import from_si, with_symbol
 from rigrunner.api.units import unit as kind_of
+from rigrunner.api.units import with_symbol
 from rigrunner.run.set_points import (
     coordinates_in,
     estimates_of_packages,
@@ -197,7 +197,7 @@ def _component(line: Json, u: float) -> Component:
 def _in_unit(estimate: Json, symbol: str) -> Json:
     """Return an estimate of a document in another unit of its kind."""
     source, target = kind_of(estimate["unit"]), kind_of(symbol)
-    value = from_si(estimate["value"] * source.factor + source.offset, symbol)
+    value = target.from_si(source.to_si(estimate["value"]))
     expanded = estimate["expanded_uncertainty_95"]
     scaled = None if expanded is None else expanded * source.factor / target.factor
     converted = {"value": float(f"{value:.12g}"), "unit": symbol, "expanded_uncertainty_95": scaled}

@@ -9,6 +9,7 @@ from difflib import SequenceMatcher
 from typing import TYPE_CHECKING, Any
 
 from rigrunner.api.quantity import Quantity, parse_quantity
+from rigrunner.api.texts import clip
 from rigrunner.api.units import QuantityError
 
 if TYPE_CHECKING:
@@ -152,7 +153,7 @@ def shown(value: Any) -> str:
         text = "[" + ", ".join(map(_bare, value)) + "]"
     else:
         text = json.dumps(value)
-    return text if len(text) <= _LONGEST else f"{text[: _LONGEST - 1]}…"
+    return clip(text, _LONGEST)
 
 
 def _bare(value: Any) -> str:

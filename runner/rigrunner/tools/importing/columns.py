@@ -143,8 +143,7 @@ def _in_si(mapping: LoadedMapping, column: Column, mapped: MappedColumn, file: s
             "correct the unit; or, where the file is known to be wrong, say so:"
             f" file_says: {column.unit[:40]}",
         )
-    source = unit(spec.unit)
-    return column.values * source.factor + source.offset
+    return unit(spec.unit).to_si(column.values)
 
 
 def _window(

@@ -125,15 +125,11 @@ def _bytes_per_s(text: str) -> float:
 
 
 def _seconds(option: str, text: str | None) -> float | None:
-    from rigrunner.api.quantity import parse_quantity
-    from rigrunner.api.units import QuantityError
+    from rigrunner.api.quantity import entered_si
 
     if text is None:
         return None
-    try:
-        seconds = parse_quantity(text, "time").si
-    except QuantityError as error:
-        raise UsageError(f"{option}: {error.message}", hint=error.hint) from error
+    seconds = entered_si(option, text, "time")
     if seconds <= 0:
         raise UsageError(f"{option}: '{text}' is not longer than 0")
     return seconds

@@ -53,11 +53,11 @@ def command(
     """
     from rigrunner.run.lab_plugins import lab_registry
     from rigrunner.run.locate import find_run
-    from rigrunner.tools.registering import EntryDetails, entry_from
+    from rigrunner.tools.registering import EntryDetails, entry_from, entry_yaml
 
     details = EntryDetails(channel, due.date(), serial, laboratory, full_scale)
     entry = entry_from(find_run(run, runs), details, lab_registry(station))
     if as_json:
-        result_json(entry.document)
+        result_json(entry)
     else:
-        result(entry.lines)
+        result(entry_yaml(entry))
