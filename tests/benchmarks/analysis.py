@@ -1,4 +1,4 @@
-"""The kernels of the analysis: cycles, their extremes and mean turns, compared with `np.max`.
+"""The kernels of the analysis: cycles and their extremes, compared with `np.max`.
 
 Rates are samples of one channel per second. The floor is `np.max` over one channel of the same
 recording: 6 M samples at 100 kS/s, a swing of the tester with 0.2 % noise (2 % at 1 Hz in a
@@ -19,7 +19,6 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from benchmarks.frame import Figure, Work, allocated_peak, at_least, calls, pair_of
-from rigrunner.signal.averaging import mean_turn
 from rigrunner.signal.crossings import beyond, rises
 from rigrunner.signal.extremes import extremes
 from rigrunner_bearings.signal.cycles import HYSTERESIS, find_cycles, resample
@@ -34,7 +33,6 @@ if TYPE_CHECKING:
 RATE_HZ = 100e3
 RATIO = 2 / 45
 SAMPLES = 6_000_000
-PARTS = 128
 MANY = (
     "many short cycles: numpy takes 0.2 us more for each, and near a crossing samples go one by one"
 )
@@ -56,12 +54,6 @@ def cycles(angle: Array) -> Array:
 
 def with_extremes(angle: Array, torque: Array) -> tuple[Array, Array]:
     return extremes(torque, np.ceil(cycles(angle)).astype(np.intp))
-
-
-def with_means(angle: Array, torque: Array) -> Array:
-    starts = cycles(angle)
-    extremes(torque, np.ceil(starts).astype(np.intp))
-    return mean_turn(torque, starts, PARTS)
 
 
 def simple_extremes(angle: Array, torque: Array) -> tuple[Array, Array]:
@@ -97,7 +89,6 @@ class Row:
 
 
 EXTREMES = Row("cycles and extremes", with_extremes)
-MEANS = Row(f"cycles, extremes and a mean turn of {PARTS} parts", with_means)
 SIMPLE = Row("the extremes by straight numpy", simple_extremes, role="floor")
 CERTIFIED = Row(
     "cycles as a certificate has them",
@@ -126,11 +117,8 @@ def measure(scale: Scale) -> list[Figure]:
         channels = recording(samples, frequency_hz, noise)
         has_target = frequency_hz == 1
         limit = "" if has_target else MANY
-        rows = [
-            replace(EXTREMES, target=at_least(0.25) if has_target else None, limit=limit),
-            replace(MEANS, target=at_least(0.12) if has_target else None, limit=limit),
-        ]
-        figures += [row.figure(channels, where, times) for row in rows]
+        row = replace(EXTREMES, target=at_least(0.25) if has_target else None, limit=limit)
+        figures.append(row.figure(channels, where, times))
     angle, torque = recording(samples, 1, 0.002)
     quarter = recording(samples // 4, 10, 0.002)
     figures.append(CERTIFIED.figure(quarter, "10 Hz, noise 0.2%", scale.of(3, 1)))
@@ -143,7 +131,7 @@ def measure(scale: Scale) -> list[Figure]:
 def work() -> list[Work]:
     samples = 1_000_000
     channels = recording(samples, 10, 0.002)
-    kernel = partial(with_means, *channels)
+    kernel = partial(with_extremes, *channels)
     kernel()
     return [
         Work("bytes for a sample, at most at once", allocated_peak(kernel) / samples, 4.0),

@@ -13,8 +13,6 @@ if TYPE_CHECKING:
 
 DEFAULT_THRESHOLD = 5.0
 """In robust sigmas: of normal samples one in 1.7 million lies further out."""
-AT_ONCE = 1 << 16
-"""Parts whose places are held in memory at once."""
 
 
 def trusted(cycles: Array, kept: Mask, threshold: float = DEFAULT_THRESHOLD) -> Mask:
@@ -61,18 +59,12 @@ def robust_mean(
     return mean, np.sqrt(squares / (np.maximum(count - 1, 1) * count))
 
 
-def leave_one_out_means(cycles: Array, kept: Mask, threshold: float = DEFAULT_THRESHOLD) -> Array:
-    """Return the robust mean without each of the kept cycles in turn, shape (kept, n)."""
-    return mean_and_without_each(cycles, kept, threshold)[1]
-
-
 def mean_and_without_each(
     cycles: Array, kept: Mask, threshold: float = DEFAULT_THRESHOLD
 ) -> tuple[Array, Array]:
-    """Return the mean of `robust_mean`, shape (n,), and `leave_one_out_means`, shape (kept, n).
+    """Return the mean of `robust_mean` and the mean without each of the kept cycles in turn.
 
-    Which samples are trusted takes longer than either, and is found once. Raises ValueError for
-    fewer than two kept cycles.
+    Shapes (n,) and (kept, n). Raises ValueError for fewer than two kept cycles.
     """
     _need_two(kept)
     mask = trusted(cycles, kept, threshold)
@@ -85,30 +77,3 @@ def mean_and_without_each(
 def _need_two(kept: Mask) -> None:
     if kept.sum() < 2:  # noqa: PLR2004  (one cycle has no scatter)
         raise ValueError("a mean with its standard error needs two cycles")
-
-
-def mean_turn(values: Array, starts: Array, parts: int) -> Array:
-    """Return the mean over all cycles of each of `parts` equal parts of a turn, shape (parts,).
-
-    Of values (n,) in cycles that begin at `starts` (cycles + 1,), fractional sample indices in
-    0 ... n. Every sample counts once, in the part in which it begins to the nearest sample. For
-    views and for many cycles: it takes a thirtieth of `resample`'s time, and shows the harmonic h
-    smaller by sinc(h / parts). Raises ValueError where a part has no sample.
-    """
-    period = np.diff(starts)
-    message = f"a mean of {parts} parts needs cycles of {parts} samples and more"
-    if not len(period) or period.min() < parts:
-        raise ValueError(message)
-    total, at_once = np.zeros(parts), max(1, AT_ONCE // parts)
-    for k in range(0, len(period), at_once):
-        chunk = slice(k, k + at_once)
-        begin = starts[:-1][chunk, None] + period[chunk, None] * (np.arange(parts) / parts)
-        first = np.rint(begin.ravel()).astype(np.intp)
-        edges = np.append(first, np.rint(starts[min(k + at_once, len(period))]).astype(np.intp))
-        counts = np.diff(edges)
-        if counts.min() < 1:  # parts of one sample that begin half way between two
-            raise ValueError(message)
-        cycles = values[edges[0] : edges[-1]]
-        sums = np.add.reduceat(cycles, first - first[0]) / counts
-        total += sums.reshape(-1, parts).sum(axis=0)
-    return total / len(period)

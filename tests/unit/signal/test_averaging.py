@@ -1,16 +1,11 @@
-import itertools
-
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
-from rigrunner.signal import averaging
 from rigrunner.signal.averaging import (
-    leave_one_out_means,
     mean_and_without_each,
-    mean_turn,
     median_over_cycles,
     robust_mean,
     trusted,
@@ -61,12 +56,12 @@ def test_excluded_cycle_has_no_effect():
     spoilt = cycles.copy()
     spoilt[3] += 1e6
     np.testing.assert_array_equal(robust_mean(cycles, kept)[0], robust_mean(spoilt, kept)[0])
-    assert leave_one_out_means(cycles, kept).shape == (29, 64)
+    assert mean_and_without_each(cycles, kept)[1].shape == (29, 64)
 
 
 def test_leave_one_out_mean_equals_the_mean_of_the_others():
     cycles = np.random.default_rng(5).standard_normal((30, 16))
-    without = leave_one_out_means(cycles, ALL, threshold=50.0)
+    _, without = mean_and_without_each(cycles, ALL, threshold=50.0)
     np.testing.assert_allclose(without[4], np.delete(cycles, 4, axis=0).mean(axis=0))
 
 
@@ -95,46 +90,3 @@ def test_one_cycle_has_no_standard_error():
         robust_mean(np.ones((3, 8)), np.array([True, False, False]))
     with pytest.raises(ValueError, match="two cycles"):
         mean_and_without_each(np.ones((3, 8)), np.array([True, False, False]))
-
-
-def plain_mean_turn(values, starts, parts):
-    """Return the mean of the parts, one by one."""
-    means = []
-    for begin, end in itertools.pairwise(starts):
-        period = end - begin
-        edges = [round(begin + period * (k / parts)) for k in range(parts)] + [round(end)]
-        means.append([values[a:b].mean() for a, b in itertools.pairwise(edges)])
-    return np.mean(means, axis=0)
-
-
-@given(
-    first=st.floats(0, 50),
-    periods=st.lists(st.floats(65, 300), min_size=1, max_size=40),
-    parts=st.integers(1, 64),
-)
-def test_mean_turn_equals_the_mean_of_its_parts(first, periods, parts):
-    starts = first + np.concatenate([[0.0], np.cumsum(periods)])
-    values = np.random.default_rng(3).standard_normal(int(starts[-1]) + 2)
-    mean = mean_turn(values, starts, parts)
-    assert mean == pytest.approx(plain_mean_turn(values, starts, parts), abs=1e-12)
-
-
-def test_mean_turn_does_not_depend_on_group_size(monkeypatch):
-    values, starts = np.random.default_rng(3).standard_normal(9000), np.arange(0, 9000, 100.5)
-    mean = mean_turn(values, starts, 16)
-    monkeypatch.setattr(averaging, "AT_ONCE", 64)
-    assert mean_turn(values, starts, 16) == pytest.approx(mean, rel=1e-12)
-
-
-def test_mean_turn_attenuates_a_harmonic_by_sinc():
-    phase = 2 * np.pi * np.arange(64_000) / 6400
-    mean = mean_turn(np.sin(5 * phase), np.arange(0, 64_001, 6400.0), 64)
-    amplitude = np.abs(np.fft.rfft(mean)[5]) / 32
-    assert amplitude == pytest.approx(np.sinc(5 / 64), rel=1e-4)
-
-
-def test_a_part_without_a_sample_is_refused():
-    with pytest.raises(ValueError, match="needs cycles of 64 samples"):
-        mean_turn(np.ones(200), np.array([0.0, 63.5, 130.0]), 64)
-    with pytest.raises(ValueError, match="needs cycles of 64 samples"):
-        mean_turn(np.ones(200), np.array([0.5, 64.5, 128.5]), 64)  # 1.5 and 2.5 round to 2
