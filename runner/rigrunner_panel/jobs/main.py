@@ -47,7 +47,7 @@ def main() -> None:
     """Read the job from stdin, do it, and report its progress on stdout."""
     switch = Switch()
     switch.install()
-    channel = _reserve_stdout()
+    channel = Channel.on_stdout()
     link = Link(Commands(channel, switch), Sender(channel), switch)
     job = channel.receive()
     link.commands.start()
@@ -75,14 +75,6 @@ def _do(job: Job, link: Link) -> object:
 def error_code(error: RigrunnerError) -> str:
     """Return the code for a kind of error."""
     return next((code for kind, code in _CODES.items() if isinstance(error, kind)), "invalid")
-
-
-def _reserve_stdout() -> Channel:
-    """Reserve stdout for messages: what a plugin prints goes to stderr."""
-    outgoing = os.fdopen(os.dup(1), "wb")
-    os.dup2(2, 1)
-    sys.stdout = sys.stderr
-    return Channel(sys.stdin.buffer, outgoing)
 
 
 if __name__ == "__main__":
