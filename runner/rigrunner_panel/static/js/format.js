@@ -48,6 +48,12 @@ export function plain(value) {
   return shownNumber(String(Number(value.toPrecision(6))).replace("-", "\u2212"));
 }
 
+// The limits of a value; "" where it has none.
+export function limitText({ lower, upper }) {
+  if (Number.isFinite(lower)) return Number.isFinite(upper) ? `${plain(lower)} … ${plain(upper)}` : `≥ ${plain(lower)}`;
+  return Number.isFinite(upper) ? `≤ ${plain(upper)}` : "";
+}
+
 const MOST_DECIMALS = 20;
 
 // The decimals that show an uncertainty with two significant digits (GUM 7.2.6); negative for tens

@@ -2,7 +2,7 @@
 // should be looks old and says since when. Which strips are drawn is kept per procedure.
 
 import { fill, h, setText } from "../dom.js";
-import { clock, plain, UNKNOWN } from "../format.js";
+import { clock, limitText, plain, UNKNOWN } from "../format.js";
 import { pastOf, WINDOW_MS } from "../past.js";
 import { listen, store } from "../store.js";
 import { translate, t } from "../texts.js";
@@ -109,11 +109,6 @@ export function channelList() {
       clearInterval(timer);
     },
   };
-}
-
-function limitText({ lower, upper }) {
-  if (Number.isFinite(lower) && Number.isFinite(upper)) return `${plain(lower)} … ${plain(upper)}`;
-  return Number.isFinite(upper) ? `≤ ${plain(upper)}` : Number.isFinite(lower) ? `≥ ${plain(lower)}` : "";
 }
 
 function strip(canvas, points) {
