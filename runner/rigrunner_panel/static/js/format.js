@@ -73,10 +73,13 @@ export function withUncertainty(value, uncertainty, unit) {
   return `${shown(value)} ± ${shown(uncertainty)} ${unit}`;
 }
 
+function two(number) {
+  return String(number).padStart(2, "0");
+}
+
 export function duration(seconds) {
   if (seconds === null || seconds === undefined || !Number.isFinite(seconds)) return UNKNOWN;
   const total = Math.max(0, Math.round(seconds));
-  const two = (number) => String(number).padStart(2, "0");
   const hours = Math.floor(total / 3600);
   const minutes = Math.floor(total / 60) % 60;
   return hours ? `${hours}:${two(minutes)}:${two(total % 60)}` : `${minutes}:${two(total % 60)}`;
@@ -96,7 +99,6 @@ export function bytes(count) {
 // The time of day, to the second.
 export function clock(utc) {
   const moment = new Date(utc);
-  const two = (number) => String(number).padStart(2, "0");
   return Number.isNaN(moment.getTime()) ? utc : `${two(moment.getHours())}:${two(moment.getMinutes())}:${two(moment.getSeconds())}`;
 }
 
@@ -104,7 +106,6 @@ export function localTime(utc) {
   if (!utc) return UNKNOWN;
   const moment = new Date(utc);
   if (Number.isNaN(moment.getTime())) return utc;
-  const two = (number) => String(number).padStart(2, "0");
   const day = [moment.getFullYear(), two(moment.getMonth() + 1), two(moment.getDate())].join("-");
   return `${day} ${two(moment.getHours())}:${two(moment.getMinutes())}`;
 }
