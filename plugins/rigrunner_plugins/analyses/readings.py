@@ -60,7 +60,7 @@ class Readings:
     def __call__(self, run: RunData) -> Findings:
         """Return the statistic of each group, or why it has none; raise DataError for no groups."""
         settings = self.settings
-        names = [settings.of, *([settings.other] if settings.other else [])]
+        names = settings.channels
         place_groups = groups(
             run, names, per=settings.per, where=settings.where, table=settings.table
         )
