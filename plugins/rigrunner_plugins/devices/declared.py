@@ -12,6 +12,7 @@ from pydantic import Field, StringConstraints, model_validator
 from rigrunner.api import (
     AnyQuantity,
     ChannelInfo,
+    DeviceNotFoundError,
     DriveInfo,
     Duration,
     Settings,
@@ -104,6 +105,16 @@ class DeclaredReading(Settings):
         """Return the numbers of an array in the SI unit."""
         unit_ = unit(self.unit or "1")
         return tuple(number * unit_.factor + unit_.offset for number in numbers)
+
+
+def refuse_other(where: str, texts: Mapping[str, str], expect: Mapping[str, str]) -> None:
+    """Raise DeviceNotFoundError for the first part of the identity that is not as expected."""
+    for part, expected in expect.items():
+        if texts[part] != expected:
+            raise DeviceNotFoundError(
+                f"{where} has the {part} '{texts[part]}', expected '{expected}'",
+                hint="is it another instrument, or must the station be updated?",
+            )
 
 
 def reading_infos(readings: Mapping[str, DeclaredReading]) -> tuple[ReadingInfo, ...]:
