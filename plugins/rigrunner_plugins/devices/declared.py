@@ -5,7 +5,7 @@ A subclass of these settings adds where the quantity is found: a command, a regi
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Annotated, Self, TypeVar
+from typing import TYPE_CHECKING, Annotated, Literal, Self, TypeAlias, TypeVar
 
 from pydantic import Field, StringConstraints, model_validator
 
@@ -35,6 +35,8 @@ _Number = TypeVar("_Number", float, "Array")
 
 QuantityName = Annotated[str, StringConstraints(pattern=r"^[a-z][a-z0-9_]*$")]
 """Of a channel or a drive."""
+ExpectedIdentity: TypeAlias = dict[Literal["maker", "model", "serial", "firmware"], str]
+"""Parts of the identity with what they must be."""
 
 
 class DeclaredQuantity(Settings):
@@ -107,7 +109,7 @@ class DeclaredReading(Settings):
         return tuple(number * unit_.factor + unit_.offset for number in numbers)
 
 
-def refuse_other(where: str, texts: Mapping[str, str], expect: Mapping[str, str]) -> None:
+def refuse_other(where: str, texts: Mapping[str, str], expect: ExpectedIdentity) -> None:
     """Raise DeviceNotFoundError for the first part of the identity that is not as expected."""
     for part, expected in expect.items():
         if texts[part] != expected:
