@@ -5,6 +5,7 @@ from __future__ import annotations
 from pydantic import BaseModel
 
 from rigrunner.api.errors import (
+    AbortedError,
     DataError,
     DeviceError,
     InvalidFileError,
@@ -18,6 +19,7 @@ _CODES: dict[type[RigrunnerError], str] = {
     DeviceError: "device",
     DataError: "data",
     UsageError: "usage",
+    AbortedError: "aborted",
 }
 
 
@@ -61,12 +63,16 @@ def panel_error(error: RigrunnerError) -> PanelError:
     """Return the response for an error of the engine."""
     if isinstance(error, InvalidFileError):
         return PanelError(422, "invalid", error.message, error.hint, error.problems)
-    code = next((code for kind, code in _CODES.items() if isinstance(error, kind)), "invalid")
     where = f"{error.location}: " if error.location else ""
     message = f"{where}{error.message}"
     field = error.field if isinstance(error, UsageError) else ""
     problems = (Problem(message, field=field, hint=error.hint),) if field else ()
-    return PanelError(422, code, message, error.hint, problems)
+    return PanelError(422, error_code(error), message, error.hint, problems)
+
+
+def error_code(error: RigrunnerError) -> str:
+    """Return the code for a kind of error."""
+    return next((code for kind, code in _CODES.items() if isinstance(error, kind)), "invalid")
 
 
 def wrong_state(message: str, hint: str = "") -> PanelError:

@@ -49,9 +49,8 @@ class ProcedureFiles:
         A shipped one is in the list, too.
         """
         path = self._catalogue.path("procedure", name)
-        if not self.is_shipped(name) and not self._is_inside(path):
-            hint = "only files within the folder can be opened here"
-            raise PanelError(422, "invalid", f"{name} is outside the lab's folder", hint)
+        if not self.is_shipped(name):
+            self._require_inside(path, name)
         return path
 
     def is_shipped(self, name: str) -> bool:
@@ -92,20 +91,19 @@ class ProcedureFiles:
             hint = "letters, digits, '-' and '_', ending with .yaml; such as procedures/wear.yaml"
             raise PanelError(422, "invalid", message, hint)
         path = self._folder / name
-        if not self._is_inside(path):
-            hint = "only files within the folder can be opened here"
-            raise PanelError(422, "invalid", f"{name} is outside the lab's folder", hint)
+        self._require_inside(path, name)
         if path.exists():
             raise PanelError(409, "wrong_state", f"the file {name} exists and is not a procedure")
         if not path.parent.is_dir():
             raise PanelError(422, "invalid", f"the lab's folder has no folder '{path.parent.name}'")
         return path
 
-    def _is_inside(self, path: Path) -> bool:
-        try:
-            return path.resolve().is_relative_to(self._folder.resolve())
-        except (OSError, RuntimeError):  # links in a circle
-            return False
+    def _require_inside(self, path: Path, name: str) -> None:
+        with suppress(OSError, RuntimeError):  # links in a circle
+            if path.resolve().is_relative_to(self._folder.resolve()):
+                return
+        hint = "only files within the folder can be opened here"
+        raise PanelError(422, "invalid", f"{name} is outside the lab's folder", hint)
 
 
 class ChangedError(Exception):

@@ -72,11 +72,15 @@ class History:
 
     def __init__(self, runs: Path) -> None:
         self.runs = runs
-        self._cache: dict[tuple[str, int], RunItem] = {}
+        self._cache: dict[str, tuple[int, RunItem]] = {}
+        """By name: when the run's file was changed, in ns, and its row."""
 
     def items(self) -> Iterator[RunItem]:
         """Yield all runs, newest first."""
-        for name in reversed(run_names(self.runs)):
+        names = run_names(self.runs)
+        for removed in set(self._cache).difference(names):
+            self._cache.pop(removed, None)  # another thread may have done it
+        for name in reversed(names):
             yield self.item(name)
 
     def folder(self, run: str) -> Path:
@@ -124,13 +128,12 @@ class History:
     def item(self, name: str) -> RunItem:
         """Return one row of the history."""
         sealed = self.runs / name / "run.h5"
-        changed = sealed.stat().st_mtime_ns if sealed.is_file() else 0
-        key = (name, changed)
-        if key in self._cache:
-            return self._cache[key]
-        item = _item(self.runs, name)
-        if changed:
-            self._cache[key] = item
+        changed_ns = sealed.stat().st_mtime_ns if sealed.is_file() else 0
+        cached_ns, item = self._cache.get(name, (0, None))
+        if item is None or cached_ns != changed_ns:
+            item = _item(self.runs, name)
+            if changed_ns:
+                self._cache[name] = changed_ns, item
         return item
 
 

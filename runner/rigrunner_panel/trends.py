@@ -16,9 +16,6 @@ from rigrunner_fleet.monitoring.quantities import TORQUES
 from rigrunner_fleet.monitoring.trending import baseline_of, trend
 from rigrunner_fleet.trends.charting import Charting
 
-RULES = ("nelson", "western-electric", "shewhart")
-"""Sets of rules that a chart of individual values is checked with."""
-
 if TYPE_CHECKING:
     from collections.abc import Mapping
     from pathlib import Path

@@ -72,7 +72,6 @@ class LoadCell:
 class Bench:
     """Where the instruments listen."""
 
-    plant: Plant
     bridge_port: int
     modbus_port: int
     cell_port: str
@@ -101,6 +100,6 @@ def running_bench(seed: int = 1, bridge_port: int = 0, modbus_port: int = 0) -> 
     ):
         threading.Thread(target=server.serve_forever, name="bridge", daemon=True).start()
         try:
-            yield Bench(plant, server.port, modbus.port, cell.port)
+            yield Bench(server.port, modbus.port, cell.port)
         finally:
             server.shutdown()

@@ -7,7 +7,7 @@ from the ranges below.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 from rigrunner_bearings.api.rig import torque_instruments
@@ -90,11 +90,11 @@ class Rig:
     def without_sensor_errors(self) -> Bench:
         """The same recordings by a sensor without constant errors."""
         none = {name: Value(0.0, unit) for name, unit in SENSOR_ERRORS.items()}
-        changed = {
-            "no_load": {**self.bench.no_load, **none},
-            "loaded": {**self.bench.loaded, **none},
-        }
-        return Bench(**{**vars(self.bench), **changed})
+        return replace(
+            self.bench,
+            no_load={**self.bench.no_load, **none},
+            loaded={**self.bench.loaded, **none},
+        )
 
 
 SENSOR_ERRORS = {

@@ -6,7 +6,7 @@ Through the device plugin and the stream checks of the engine, which refuse the 
 from __future__ import annotations
 
 import threading
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -86,14 +86,13 @@ class _Setup:
     clock: SimulatedClock
     bench: Bench
     station: Station
-    stop: threading.Event = field(default_factory=threading.Event)
 
     @property
     def session(self) -> Session:
         """A session of the engine for streams, without listeners."""
         rig = Rig({ROLE: self.device}, self.clock)
         emit = Emitter(Bus((), ()), self.clock)
-        return Session(rig, emit, UnattendedAnswers(), self.stop, Guard((), rig, emit))
+        return Session(rig, emit, UnattendedAnswers(), threading.Event(), Guard((), rig, emit))
 
 
 def record_bench(

@@ -77,10 +77,9 @@ class LiveReadings:
         A value relative to a partner run is known only when the analysis is complete.
         """
         settings, place = self.settings, place_of(recording)
-        names = [settings.of, *([settings.other] if settings.other else [])]
         self._running, self._curve, self._every, self._blocks = None, [], 1, 0
         selected = bool(recording.name) and settings.table is None and settings.compared is None
-        selected = selected and all(name in recording.channels for name in names)
+        selected = selected and all(name in recording.channels for name in settings.channels)
         if selected and is_at(settings.where, place) and place.keys() >= set(settings.per):
             at = {name: place[name] for name in settings.per}
             _, self._running = self._at.setdefault(tuple(at.values()), (at, Running()))

@@ -63,8 +63,7 @@ def partner_problems(settings: ReadingsSettings, _: PlannedRun, partner: RunData
     compared = settings.compared
     if compared is None or compared.per is not None:
         return
-    names = [settings.of, *([settings.other] if settings.other else [])]
-    measured = parts(partner, names, settings.table)
+    measured = parts(partner, settings.channels, settings.table)
     places = [part.place for part in measured if is_at(compared.where, part.place)]
     for name in settings.per:
         count = len({place[name].usual for place in places if name in place})

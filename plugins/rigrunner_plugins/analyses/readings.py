@@ -22,8 +22,8 @@ from rigrunner.api.member import channel_of
 from rigrunner.signal.coverage import excess_kurtosis
 from rigrunner.signal.uncertainty import combine
 from rigrunner_plugins.analyses.partner import Partner, joint_budget
-from rigrunner_plugins.analyses.settings import quotient, si_unit, unit_of_errors
-from rigrunner_plugins.analyses.sources import groups
+from rigrunner_plugins.analyses.settings import quotient, si_unit
+from rigrunner_plugins.analyses.sources import error_line, groups, line_name
 from rigrunner_plugins.analyses.statistics import (
     STATISTICS,
     percentile,
@@ -60,7 +60,7 @@ class Readings:
     def __call__(self, run: RunData) -> Findings:
         """Return the statistic of each group, or why it has none; raise DataError for no groups."""
         settings = self.settings
-        names = [settings.of, *([settings.other] if settings.other else [])]
+        names = settings.channels
         place_groups = groups(
             run, names, per=settings.per, where=settings.where, table=settings.table
         )
@@ -275,13 +275,12 @@ class Readings:
             )
         for channel, values in group.values.items():
             for error in run.reading_errors(channel, float(np.abs(values).max())):
-                name = f"{error.name} ({error.source})" if error.source else error.name
-                name += suffixes.get(channel, "")
+                name = line_name(error) + suffixes.get(channel, "")
                 if error.acts == "each" and self.settings.statistic == "range":
                     # two errors, not a larger one: their sum has another shape, and another k
                     for end in ("highest", "lowest"):
-                        line_name = f"{name}, {end} value"
-                        yield self._component(error, line_name, channel, group, scale)
+                        at_end = f"{name}, {end} value"
+                        yield self._component(error, at_end, channel, group, scale)
                 else:
                     yield self._component(error, name, channel, group, scale)
             for error, affected in group.zero_errors(run, channel):
@@ -299,18 +298,7 @@ class Readings:
         affected: Array | float = 1.0,
     ) -> Component:
         effect = self._effect(error, channel, group, affected) * scale
-        return Component(
-            name=name,
-            u=abs(effect) * error.u,
-            dof=error.dof,
-            distribution=error.distribution,
-            common=True,
-            value=0.0,
-            unit="1" if error.acts == "gain" else unit_of_errors(group.units[channel]),
-            input_u=error.u,
-            sensitivity=effect,
-            shared=error.acts != "each",
-        )
+        return error_line(error, name, effect, group.units[channel])
 
     def _effect(
         self, error: ReadingError, channel: str, group: Group, affected: Array | float

@@ -184,9 +184,9 @@ class ReadingsSettings(Settings):
         return self
 
     @property
-    def other(self) -> str | None:
-        """The channel that is subtracted or divided by."""
-        return self.minus or self.divided_by
+    def channels(self) -> list[str]:
+        """The channels that are read at the same time."""
+        return [name for name in (self.of, self.minus, self.divided_by) if name is not None]
 
     @property
     def is_difference(self) -> bool:

@@ -9,11 +9,12 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from rigrunner.api import DataError, unit
+from rigrunner.api import Component, DataError, unit
 from rigrunner.api.data import place_of
 from rigrunner.api.member import channel_of
 from rigrunner.api.places import is_at
 from rigrunner.api.units import si_symbol
+from rigrunner_plugins.analyses.settings import unit_of_errors
 from rigrunner_plugins.analyses.statistics import Series
 
 if TYPE_CHECKING:
@@ -250,3 +251,27 @@ def _part_of_recording(recording: Recording, run: RunData, names: Sequence[str])
     step_s = 1 / recording.rate_hz
     place, shown = place_of(recording), recording.written_in
     return Part(place, values, recording.units, began, step_s, shown, zeros=zeros)
+
+
+def line_name(error: ReadingError) -> str:
+    """Return the name of the budget line of an error: with its source, if that is stated."""
+    return f"{error.name} ({error.source})" if error.source else error.name
+
+
+def error_line(error: ReadingError, name: str, effect: float, symbol: str) -> Component:
+    """Return the budget line of an error, from the change of the result by an error of 1.
+
+    `symbol` is the SI unit of the readings.
+    """
+    return Component(
+        name=name,
+        u=abs(effect) * error.u,
+        dof=error.dof,
+        distribution=error.distribution,
+        common=True,
+        value=0.0,
+        unit="1" if error.acts == "gain" else unit_of_errors(symbol),
+        input_u=error.u,
+        sensitivity=effect,
+        shared=error.acts != "each",
+    )

@@ -7,22 +7,28 @@ from typing import TYPE_CHECKING, TypeVar
 from rigrunner.api import DeviceRejectedError, PluginError
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Sequence
+    from collections.abc import Iterable, Mapping, Sequence
 
     from rigrunner.api import ChannelInfo, DriveInfo
     from rigrunner.api.devices import ReadingInfo
 
+_T = TypeVar("_T")
 _Info = TypeVar("_Info", "ChannelInfo", "DriveInfo", "ReadingInfo")
 
 
 def check_channels(names: Iterable[str], infos: Sequence[ChannelInfo]) -> None:
     """Raise DeviceRejectedError for the first name that no channel has."""
-    known_names = [info.name for info in infos]
+    by_name = {info.name: info for info in infos}
     for name in names:
-        if name not in known_names:
-            raise DeviceRejectedError(
-                f"there is no channel '{name}'", hint=f"there are: {', '.join(known_names)}"
-            )
+        find("channel", name, by_name)
+
+
+def find(kind: str, name: str, known: Mapping[str, _T]) -> _T:
+    """Return what has that name; raise DeviceRejectedError with the names that there are."""
+    if name not in known:
+        listing = ", ".join(known) or "none"
+        raise DeviceRejectedError(f"there is no {kind} '{name}'", hint=f"there are: {listing}")
+    return known[name]
 
 
 def info_of(infos: Iterable[_Info], name: str, absent: str) -> _Info:

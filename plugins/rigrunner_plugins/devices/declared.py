@@ -5,13 +5,14 @@ A subclass of these settings adds where the quantity is found: a command, a regi
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Annotated, Self, TypeVar
+from typing import TYPE_CHECKING, Annotated, Literal, Self, TypeAlias, TypeVar
 
 from pydantic import Field, StringConstraints, model_validator
 
 from rigrunner.api import (
     AnyQuantity,
     ChannelInfo,
+    DeviceNotFoundError,
     DriveInfo,
     Duration,
     Settings,
@@ -34,6 +35,8 @@ _Number = TypeVar("_Number", float, "Array")
 
 QuantityName = Annotated[str, StringConstraints(pattern=r"^[a-z][a-z0-9_]*$")]
 """Of a channel or a drive."""
+ExpectedIdentity: TypeAlias = dict[Literal["maker", "model", "serial", "firmware"], str]
+"""Parts of the identity with what they must be."""
 
 
 class DeclaredQuantity(Settings):
@@ -104,6 +107,16 @@ class DeclaredReading(Settings):
         """Return the numbers of an array in the SI unit."""
         unit_ = unit(self.unit or "1")
         return tuple(number * unit_.factor + unit_.offset for number in numbers)
+
+
+def refuse_other(where: str, texts: Mapping[str, str], expect: ExpectedIdentity) -> None:
+    """Raise DeviceNotFoundError for the first part of the identity that is not as expected."""
+    for part, expected in expect.items():
+        if texts[part] != expected:
+            raise DeviceNotFoundError(
+                f"{where} has the {part} '{texts[part]}', expected '{expected}'",
+                hint="is it another instrument, or must the station be updated?",
+            )
 
 
 def reading_infos(readings: Mapping[str, DeclaredReading]) -> tuple[ReadingInfo, ...]:

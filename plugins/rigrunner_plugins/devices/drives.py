@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 from rigrunner.api import DeviceRejectedError
 from rigrunner.api.quantity import legible
+from rigrunner_plugins.devices.channels import find
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping, Sequence
@@ -33,7 +34,7 @@ class Drives:
 
     def set(self, name: str, value: float) -> None:
         """Move a drive at its rate; raise DeviceRejectedError for what it cannot do."""
-        info = self._info(name)
+        info = find("drive", name, self._infos)
         if not info.minimum <= value <= info.maximum:
             raise DeviceRejectedError(
                 f"{name}: {legible(value, info.unit)} is out of range ({info.range_text})"
@@ -42,7 +43,7 @@ class Drives:
 
     def read_back(self, name: str) -> float:
         """Return the actual value of a drive."""
-        return self._actual[self._info(name).name]
+        return find("drive", name, self._actual)
 
     def make_safe(self) -> Mapping[str, float]:
         """Bring all to their safe values, one after the other, and return the actual values."""
@@ -54,10 +55,3 @@ class Drives:
         if info.rate_per_s:
             self._clock.sleep(abs(value - self._actual[info.name]) / info.rate_per_s)
         self._actual[info.name] = value
-
-    def _info(self, name: str) -> DriveInfo:
-        if name not in self._infos:
-            raise DeviceRejectedError(
-                f"there is no drive '{name}'", hint=f"there are: {', '.join(self._infos)}"
-            )
-        return self._infos[name]

@@ -4,20 +4,14 @@ from __future__ import annotations
 
 import os
 from pathlib import Path
-from typing import Annotated, Literal, Self
+from typing import Annotated, Literal, Self, get_args
 
 from pydantic import Field, model_validator
 
 from rigrunner.api import ListOf, PlainText, PluginError, PositiveDuration, Settings, YesNo
 
 When = Literal["run_ended", "waits_for_answer", "alarm", "disk_low", "calibration_due"]
-EVERY: tuple[When, ...] = (
-    "run_ended",
-    "waits_for_answer",
-    "alarm",
-    "disk_low",
-    "calibration_due",
-)
+EVERY: tuple[When, ...] = get_args(When)
 Port = Annotated[int, Field(ge=1, le=65535)]
 Address = Annotated[str, Field(pattern=r"^[^@\s<>,;]+@[^@\s<>,;]+$", max_length=254)]
 

@@ -63,7 +63,8 @@ def command(
         select_runs(paths),
     )
     with batch_stop_on_signals() as stop, shown_count("runs") as progress:
-        summary = Batch(out.resolve(), changes, station, workers, stop, progress, raw=raw).run(runs)
+        batch = Batch(changes, station, workers, stop, progress)
+        summary = batch.run(runs, out.resolve(), raw=raw)
     if as_json:
         result_json(summary.document())
     else:

@@ -17,18 +17,15 @@ from rigrunner_fleet.golden.recording import (
     software_used,
 )
 from rigrunner_fleet.golden.reference import Snapshot, read_references
-from rigrunner_fleet.reanalysis.batch import Batch
 from rigrunner_fleet.reanalysis.selection import SelectedRun
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable, Mapping
+    from collections.abc import Iterable, Mapping
     from pathlib import Path
 
-    from rigrunner.api.devices import StopToken
-    from rigrunner.jobs import Workers
     from rigrunner_fleet.golden.comparing import Comparison
     from rigrunner_fleet.golden.reference import Reference
-    from rigrunner_fleet.reanalysis.changes import Changes
+    from rigrunner_fleet.reanalysis.batch import Batch
     from rigrunner_fleet.reanalysis.task import Row
 
 
@@ -38,17 +35,13 @@ class Checker:
 
     folder: Path
     """Folder of the references."""
-    runs: Path | None = None
+    runs: Path | None
     """Folder of the runs; None: the paths in the references."""
-    changes: Changes
-    station: str | None
     tolerance: float
     """In expanded uncertainties."""
-    out: Path | None = None
+    out: Path | None
     """Folder for results, from which an interrupted check resumes; None for none."""
-    workers: Workers
-    stop: StopToken
-    progress: Callable[[int, int], None]
+    batch: Batch
 
     def check(self) -> Overall:
         """Analyse every golden run again and compare; raise as `Batch.run` does."""
@@ -62,10 +55,7 @@ class Checker:
         }
         existing = [run for run in chosen.values() if run.path.exists()]
         with results_folder(self.out) as results:
-            batch = Batch(
-                results, self.changes, self.station, self.workers, self.stop, self.progress
-            )
-            summary = batch.run(existing)
+            summary = self.batch.run(existing, results)
             rows = {row.run: row for row in (*summary.done, *summary.failed)}
             compared = [
                 self._compare(reference, chosen[reference.name], rows.get(reference.name), results)
@@ -74,7 +64,7 @@ class Checker:
         return Overall(
             runs=tuple(sorted(compared, key=by_severity)),
             tolerance=self.tolerance,
-            made_by=_changed_versions(references, software_used(self.station, self.changes)),
+            made_by=_changed_versions(references, software_used(self.batch)),
         )
 
     def _compare(

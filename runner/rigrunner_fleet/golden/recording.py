@@ -19,14 +19,12 @@ from rigrunner.run.provenance import software
 from rigrunner.runfile import read_info
 from rigrunner.runfile.durable import writing
 from rigrunner_fleet.golden.reference import REFERENCE, Reference, Snapshot, write_reference
-from rigrunner_fleet.reanalysis.batch import RESULT, Batch
+from rigrunner_fleet.reanalysis.batch import RESULT
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator, Mapping, Sequence
+    from collections.abc import Iterator, Mapping, Sequence
 
-    from rigrunner.api.devices import StopToken
-    from rigrunner.jobs import Workers
-    from rigrunner_fleet.reanalysis.changes import Changes
+    from rigrunner_fleet.reanalysis.batch import Batch
     from rigrunner_fleet.reanalysis.selection import SelectedRun
     from rigrunner_fleet.reanalysis.task import Row
 
@@ -52,11 +50,7 @@ class Recorder:
     out: Path
     copy: bool
     """Whether the run files are copied beside their references."""
-    changes: Changes
-    station: str | None
-    workers: Workers
-    stop: StopToken
-    progress: Callable[[int, int], None]
+    batch: Batch
 
     def record(self, runs: Sequence[SelectedRun]) -> Recorded:
         """Analyse the runs and write a reference for each.
@@ -72,12 +66,9 @@ class Recorder:
                 hint="remove its folder there if what it gives now is to be the reference",
             )
         with results_folder(None) as folder:
-            batch = Batch(
-                folder, self.changes, self.station, self.workers, self.stop, self.progress
-            )
-            summary = batch.run(runs)
+            summary = self.batch.run(runs, folder)
             rows = {row.run: row for row in (*summary.analysed, *summary.failed)}
-            made_by = software_used(self.station, self.changes)
+            made_by = software_used(self.batch)
             references = [
                 self._reference(run, rows[run.name], folder, made_by)
                 for run in runs
@@ -114,11 +105,11 @@ class Recorder:
         return f"{run.name}/{RUN_FILE}"
 
 
-def software_used(station: str | None, changes: Changes) -> dict[str, str]:
+def software_used(batch: Batch) -> dict[str, str]:
     """Return how results are made: software with its versions, and changed settings."""
-    versions = software(lab_registry(station))
+    versions = software(lab_registry(batch.station))
     providers = {_PLACE.sub("", provider) for provider in versions.pop(PROVIDERS).split(", ")}
-    return {**versions, PROVIDERS: ", ".join(sorted(providers)), SETTINGS: changes.describe()}
+    return {**versions, PROVIDERS: ", ".join(sorted(providers)), SETTINGS: batch.changes.describe()}
 
 
 @contextmanager

@@ -31,9 +31,8 @@ TRACE = "traceback.txt"
 
 @dataclass(frozen=True)
 class Batch:
-    """Analyses runs into a folder."""
+    """Analyses runs again: with what changes, and on which workers."""
 
-    out: Path
     changes: Changes
     station: str | None
     """A station whose folder has plugins of its own."""
@@ -41,19 +40,18 @@ class Batch:
     stop: StopToken
     progress: Callable[[int, int], None]
     """Gets the number of finished runs, and of all; first those of an earlier call."""
-    raw: bool = False
-    """Whether the summary has texts unchanged, even if a spreadsheet takes them for formulas."""
 
-    def run(self, runs: Sequence[SelectedRun]) -> Summary:
-        """Analyse every run that is not finished, and return the outcomes of all.
+    def run(self, runs: Sequence[SelectedRun], out: Path, *, raw: bool = False) -> Summary:
+        """Analyse every run that is not finished in the folder, and return the outcomes of all.
 
-        A failed run is listed, and the others continue; it is tried again the next time. Raises
+        A failed run is listed, and the others continue; it is tried again the next time. With `raw`
+        the summary has texts unchanged, even if a spreadsheet takes them for formulas. Raises
         UsageError if the folder holds something else, or results of other settings or software, and
         AbortedError once the token is set: finished results are kept.
         """
-        if self.out.is_dir() and not (self.out / DONE).exists() and any(self.out.iterdir()):
+        if out.is_dir() and not (out / DONE).exists() and any(out.iterdir()):
             raise UsageError(
-                f"{self.out} is not empty, and no batch of analyses is in it",
+                f"{out} is not empty, and no batch of analyses is in it",
                 hint="name a new folder",
             )
         station = None if self.station is None else str(find_station(self.station).resolve())
@@ -63,7 +61,7 @@ class Batch:
         # What a result depends on besides its run.
         code = code_digest(*plugin_folders(self.station))
         identity = {**versions, "code": code, "changes of the analysis": self.changes.describe()}
-        with journal(self.out / DONE, identity) as finished:
+        with journal(out / DONE, identity) as finished:
             keys = {run: json.dumps([run.name, run.stamp]) for run in runs}
             remaining = [run for run in runs if keys[run] not in finished]
             done = len(runs) - len(remaining)
@@ -71,28 +69,28 @@ class Batch:
             for outcome in self.workers.outcomes(task, [run.path for run in remaining], self.stop):
                 run = remaining[outcome.place]
                 if outcome.answer.value is None:
-                    self._write(run, TRACE, outcome.answer.trace)
+                    _write(out / run.name, TRACE, outcome.answer.trace)
                     failed.append(Row(run=run.name, problem=outcome.problem))
                 else:
-                    self._write(run, RESULT, outcome.answer.value.result)
+                    _write(out / run.name, RESULT, outcome.answer.value.result)
                     finished.add(keys[run], {**outcome.answer.value.row, "run": run.name})
                 done += 1
                 self.progress(done, len(runs))
             rows = [Row(**finished[keys[run]]) for run in runs if keys[run] in finished]
         summary = Summary(tuple(rows), tuple(sorted(failed, key=by_run)), len(runs))
-        write_summary(self.out, summary, raw=self.raw)
+        write_summary(out, summary, raw=raw)
         if done < len(runs):
             raise AbortedError(
                 f"{done} of {len(runs)} runs are done",
-                hint=f"their results are in {self.out}: the same command continues with the rest",
+                hint=f"their results are in {out}: the same command continues with the rest",
             )
         return summary
 
-    def _write(self, run: SelectedRun, name: str, text: str) -> None:
-        """Write the result of a run in place of an earlier one, which is removed first."""
-        folder = self.out / run.name
-        with writing(folder):
-            for old_name in (RESULT, TRACE):
-                (folder / old_name).unlink(missing_ok=True)
-        if text:
-            write_text(folder / name, text)
+
+def _write(folder: Path, name: str, text: str) -> None:
+    """Write the result of a run in place of an earlier one, which is removed first."""
+    with writing(folder):
+        for old_name in (RESULT, TRACE):
+            (folder / old_name).unlink(missing_ok=True)
+    if text:
+        write_text(folder / name, text)

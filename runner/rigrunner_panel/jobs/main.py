@@ -7,15 +7,9 @@ import sys
 import traceback
 from typing import TYPE_CHECKING
 
-from rigrunner.api.errors import (
-    AbortedError,
-    DataError,
-    DeviceError,
-    InvalidFileError,
-    RigrunnerError,
-    UsageError,
-)
+from rigrunner.api.errors import InvalidFileError, RigrunnerError
 from rigrunner.engine import StopNow
+from rigrunner_panel.errors import error_code
 from rigrunner_panel.jobs.manual import manual
 from rigrunner_panel.jobs.preflight import preflight
 from rigrunner_panel.jobs.run import run
@@ -34,20 +28,13 @@ _JOBS: dict[str, Callable[[Job, Link], Ended]] = {
     "run": run,
     "manual": manual,
 }
-_CODES: dict[type[RigrunnerError], str] = {
-    InvalidFileError: "invalid",
-    DeviceError: "device",
-    DataError: "data",
-    UsageError: "usage",
-    AbortedError: "aborted",
-}
 
 
 def main() -> None:
     """Read the job from stdin, do it, and report its progress on stdout."""
     switch = Switch()
     switch.install()
-    channel = _reserve_stdout()
+    channel = Channel.on_stdout()
     link = Link(Commands(channel, switch), Sender(channel), switch)
     job = channel.receive()
     link.commands.start()
@@ -70,19 +57,6 @@ def _do(job: Job, link: Link) -> object:
     except Exception as error:  # noqa: BLE001  (a bug, of ours or of a plugin: the panel says so)
         trace = "".join(traceback.format_exception(error))
         return Failed(f"{type(error).__name__}: {error}", trace=trace)
-
-
-def error_code(error: RigrunnerError) -> str:
-    """Return the code for a kind of error."""
-    return next((code for kind, code in _CODES.items() if isinstance(error, kind)), "invalid")
-
-
-def _reserve_stdout() -> Channel:
-    """Reserve stdout for messages: what a plugin prints goes to stderr."""
-    outgoing = os.fdopen(os.dup(1), "wb")
-    os.dup2(2, 1)
-    sys.stdout = sys.stderr
-    return Channel(sys.stdin.buffer, outgoing)
 
 
 if __name__ == "__main__":

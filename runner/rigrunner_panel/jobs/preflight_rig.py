@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from contextlib import ExitStack
 from functools import partial
+from threading import Event
 from typing import TYPE_CHECKING
 
 from rigrunner.api.devices import Readable
@@ -158,16 +159,9 @@ def _zero_item(name: str, zero: Zero, rig: Rig) -> PreflightItem:
 
 def _mean(zero: Zero, rig: Rig) -> float:
     duration_s = min(zero.duration_s, _LOOK_S)
-    blocks = rig.stream(zero.role, (zero.channel,), duration_s, _never)
+    never_set = Event()
+    blocks = rig.stream(zero.role, (zero.channel,), duration_s, never_set)
     values = [float(value) for block in blocks for value in block.channels[zero.channel]]
     if not values:
         raise RigrunnerError("no sample came")
     return sum(values) / len(values)
-
-
-class _Never:
-    def is_set(self) -> bool:
-        return False
-
-
-_never = _Never()

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import os
 import signal
-import sys
 import threading
 import time
 import traceback
@@ -190,10 +189,7 @@ def main() -> None:
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     if hasattr(os, "nice"):
         os.nice(10)  # run and screen go first
-    # What a plugin prints goes to stderr: stdout is the channel.
-    outgoing = os.fdopen(os.dup(1), "wb")
-    os.dup2(2, 1)
-    channel = Channel(sys.stdin.buffer, outgoing)
+    channel = Channel.on_stdout()
     analyst = Analyst(channel.send)
     status = 0
     try:

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import os
 import pickle
+import sys
 import threading
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from typing import IO
+    from typing import IO, Self
 
 
 class ChannelClosedError(Exception):
@@ -21,6 +23,14 @@ class Channel:
         self._incoming = incoming
         self._outgoing = outgoing
         self._lock = threading.Lock()
+
+    @classmethod
+    def on_stdout(cls) -> Self:
+        """Return the channel of a child process; what a plugin prints goes to stderr."""
+        outgoing = os.fdopen(os.dup(1), "wb")
+        os.dup2(2, 1)
+        sys.stdout = sys.stderr
+        return cls(sys.stdin.buffer, outgoing)
 
     def send(self, message: object) -> None:
         """Send one object that can be pickled; raise ChannelClosedError."""

@@ -164,14 +164,4 @@ def _trusted_keys(panel: Panel) -> tuple[Path, ...]:
 
 
 def _verification(verification: Verification) -> VerificationAnswer:
-    return VerificationAnswer(
-        matches=verification.matches,
-        conclusion=verification.conclusion,
-        held=verification.held,
-        differences=verification.differences,
-        replaced=verification.replaced,
-        unproven=verification.unproven,
-        not_recomputed=verification.not_recomputed,
-        unchecked=verification.unchecked,
-        information=verification.information,
-    )
+    return VerificationAnswer.model_validate(verification, from_attributes=True)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import asdict
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, TypeVar
 
 from rigrunner.api.analysis.requirements import partner_words
 from rigrunner.api.errors import RigrunnerError
@@ -36,46 +36,22 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from rigrunner.run.prepare import Planned
-    from rigrunner_panel.catalogue import Entry
+    from rigrunner_panel.catalogue import What
     from rigrunner_panel.web.operation import ApiRequest
     from rigrunner_panel.web.panel import Panel
     from rigrunner_panel.web.requests import AskPlan, CheckInput, Pair
 
+_Item = TypeVar("_Item", ProcedureItem, StationItem)
+
 
 def procedures(panel: Panel, request: ApiRequest) -> Procedures:
     """Return the procedures, last used first."""
-    # Oldest first, so that the latest start of each remains.
-    used = {run.procedure: run.started_utc for run in reversed(list(panel.history.items()))}
-    items = [
-        ProcedureItem(
-            name=entry.name,
-            id=entry.id,
-            title=entry.title,
-            note=entry.note,
-            shipped=entry.shipped,
-            last_used_utc=used.get(entry.id, ""),
-            problem=entry.problem,
-        )
-        for entry in _matching(panel.catalogue.entries("procedure"), request)
-    ]
-    return Procedures(items=sorted(items, key=lambda item: item.last_used_utc, reverse=True))
+    return Procedures(items=_listed(panel, request, "procedure", ProcedureItem))
 
 
 def stations(panel: Panel, request: ApiRequest) -> Stations:
     """Return the stations, last used first."""
-    used = {run.station: run.started_utc for run in reversed(list(panel.history.items()))}
-    items = [
-        StationItem(
-            name=entry.name,
-            id=entry.id,
-            title=entry.title,
-            shipped=entry.shipped,
-            last_used_utc=used.get(entry.id, ""),
-            problem=entry.problem,
-        )
-        for entry in _matching(panel.catalogue.entries("station"), request)
-    ]
-    return Stations(items=sorted(items, key=lambda item: item.last_used_utc, reverse=True))
+    return Stations(items=_listed(panel, request, "station", StationItem))
 
 
 def plan(panel: Panel, request: ApiRequest) -> PlanAnswer:
@@ -139,13 +115,17 @@ def files(panel: Panel, pair: Pair) -> tuple[Path, Path]:
     )
 
 
-def _matching(entries: list[Entry], request: ApiRequest) -> list[Entry]:
+def _listed(panel: Panel, request: ApiRequest, what: What, item: type[_Item]) -> list[_Item]:
+    """Return the files that have all words of the search, last used first."""
+    # Oldest first, so that the latest start of each remains.
+    used = {getattr(run, what): run.started_utc for run in reversed(list(panel.history.items()))}
     words = request.query.get("search", "").casefold().split()
-    return [
-        entry
-        for entry in entries
+    items = [
+        item(**vars(entry), last_used_utc=used.get(entry.id, ""))
+        for entry in panel.catalogue.entries(what)
         if all(word in f"{entry.name} {entry.id} {entry.title}".casefold() for word in words)
     ]
+    return sorted(items, key=lambda item: item.last_used_utc, reverse=True)
 
 
 def _inputs(planned: Planned) -> Iterator[InputItem]:

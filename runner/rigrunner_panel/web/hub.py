@@ -5,6 +5,7 @@ from __future__ import annotations
 import asyncio
 from collections import deque
 from contextlib import suppress
+from functools import cache, partial
 from typing import TYPE_CHECKING
 
 from starlette.websockets import WebSocketDisconnect
@@ -143,8 +144,8 @@ class Hub:
 
     def __init__(self, panel: Panel) -> None:
         self._panel = panel
-        self._feeds: dict[Rig, Feed] = {}
         self._screens: set[Screen] = set()
+        self._feed = cache(partial(Feed, screens=self._screens))
         self._wake = asyncio.Event()
         self._tick_s = self._rigs_s = 0.0
         self._rigs = ""
@@ -189,9 +190,6 @@ class Hub:
         self._screens.discard(screen)
         if screen.rig is not None:
             screen.rig.control.count_connection(client, -1)
-
-    def _feed(self, rig: Rig) -> Feed:
-        return self._feeds.setdefault(rig, Feed(rig, self._screens))
 
     def _flush(self, now_s: float) -> None:
         feeds = [self._feed(rig) for rig in self._panel.open_rigs()]

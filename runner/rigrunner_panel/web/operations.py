@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from dataclasses import replace
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
 from rigrunner.engine import Choice
@@ -25,7 +26,7 @@ from rigrunner_panel.web import (
     stored_runs,
     studies,
 )
-from rigrunner_panel.web.operation import API, SHORT, Operation
+from rigrunner_panel.web.operation import API, Operation
 from rigrunner_panel.web.overview import rig_views
 
 if TYPE_CHECKING:
@@ -56,25 +57,13 @@ def _post(
     summary: str,
     handler: Handler,
     body: type[BaseModel],
-    answer: type[BaseModel],
-    *,
-    longest: int = SHORT,
-) -> Operation:
-    return Operation("POST", f"{API}/{path}", summary, handler, answer, body, longest=longest)
-
-
-def _steer(
-    path: str,
-    summary: str,
-    handler: Handler,
-    body: type[BaseModel],
     answer: type[BaseModel] = answers.Done,
-    *,
-    status: int = 200,
+    **options: Any,
 ) -> Operation:
-    return Operation(
-        "POST", f"{API}/{path}", summary, handler, answer, body, steers=True, status=status
-    )
+    return Operation("POST", f"{API}/{path}", summary, handler, answer, body, **options)
+
+
+_steer = partial(_post, steers=True)
 
 
 def _of_rig(*operations: Operation) -> tuple[Operation, ...]:
@@ -131,11 +120,11 @@ _EDITING = (
     ),
     _post(
         "procedures/edit", "Tell others that a procedure is being edited.", editing.edit,
-        requests.EditProcedure, answers.Done,
+        requests.EditProcedure,
     ),
     _post(
         "procedures/leave", "Tell others that it is no longer edited.", editing.leave,
-        requests.Nothing, answers.Done,
+        requests.Nothing,
     ),
     _post(
         "procedures/check", "Check a text, alone or on a station.", editing.check,
@@ -151,7 +140,7 @@ _EDITING = (
     ),
     _post(
         "procedures/approve", "Approve a procedure as it is.", editing.approve_text,
-        requests.ApproveProcedure, answers.Done,
+        requests.ApproveProcedure,
     ),
 )  # fmt: skip
 _RUNNING = _of_rig(
@@ -160,7 +149,7 @@ _RUNNING = _of_rig(
         "events", "The latest events of the present or last job, oldest first.", _events,
         answers.Events, after="only those after this number",
     ),
-    _post("control", "Take control.", running.take_control, requests.TakeControl, answers.Done),
+    _post("control", "Take control.", running.take_control, requests.TakeControl),
     _steer("control/release", "Release control.", running.release_control, requests.Nothing),
     _steer(
         "preflight", "Connect to the rig and check what a run needs.",

@@ -13,6 +13,11 @@ Name = Annotated[str, Field(min_length=1, max_length=200)]
 Words = Annotated[str, Field(max_length=1000), AfterValidator(plain)]
 Person = Annotated[str, Field(min_length=1, max_length=100, pattern=r"\S"), AfterValidator(plain)]
 Reason = Annotated[str, Field(min_length=1, max_length=1000, pattern=r"\S"), AfterValidator(plain)]
+MaybePerson = Annotated[str, Field(max_length=100), AfterValidator(plain)]
+Inputs = Annotated[dict[Name, Words], Field(max_length=200)]
+Order = Annotated[dict[Name, Words], Field(max_length=50)]
+Partners = Annotated[dict[Name, Name], Field(max_length=20)]
+"""Partner runs by name, in place of those found automatically."""
 
 
 class Body(BaseModel):
@@ -45,7 +50,7 @@ class EditProcedure(Body):
     """A procedure that is being edited, and by whom."""
 
     procedure: Name
-    by: Annotated[str, Field(max_length=100), AfterValidator(plain)] = ""
+    by: MaybePerson = ""
 
 
 class CheckText(Body):
@@ -102,8 +107,7 @@ class TakeControl(Body):
 class StartPreflight(Pair):
     """A procedure and a station to check before a run."""
 
-    partners: Annotated[dict[Name, Name], Field(max_length=20)] = {}
-    """Partner runs by name, in place of those found automatically."""
+    partners: Partners = {}
     safe: Words = ""
     """Why a rig that was left energised is safe, as seen or done by a person."""
 
@@ -119,10 +123,9 @@ class Overridden(Body):
 class StartRun(Pair):
     """A run. The operator is asked for missing inputs."""
 
-    inputs: Annotated[dict[Name, Words], Field(max_length=200)] = {}
-    operator: Annotated[str, Field(max_length=100), AfterValidator(plain)] = ""
-    partners: Annotated[dict[Name, Name], Field(max_length=20)] = {}
-    """Partner runs by name, in place of those found automatically."""
+    inputs: Inputs = {}
+    operator: MaybePerson = ""
+    partners: Partners = {}
     realtime: bool = True
     override: Overridden | None = None
     entry: int | None = None
@@ -142,10 +145,9 @@ class AddEntries(Pair):
     """
 
     list: Annotated[str, Field(max_length=60_000)] = ""
-    inputs: Annotated[dict[Name, Words], Field(max_length=200)] = {}
-    operator: Annotated[str, Field(max_length=100), AfterValidator(plain)] = ""
-    partners: Annotated[dict[Name, Name], Field(max_length=20)] = {}
-    """Partner runs by name, in place of those found automatically."""
+    inputs: Inputs = {}
+    operator: MaybePerson = ""
+    partners: Partners = {}
     realtime: bool = True
     again: Words = ""
     """Why specimens that have a run are tested again."""
@@ -157,7 +159,7 @@ class ProposeEntries(AddEntries):
     Without `by` it is the person in control; a program has to state its name.
     """
 
-    by: Annotated[str, Field(max_length=100), AfterValidator(plain)] = ""
+    by: MaybePerson = ""
 
 
 class OneEntry(Body):
@@ -189,9 +191,8 @@ class SetAutomatic(Body):
 class OpenManual(Pair):
     """A session by hand, with the channels and the analysis of a procedure."""
 
-    operator: Annotated[str, Field(max_length=100), AfterValidator(plain)] = ""
-    partners: Annotated[dict[Name, Name], Field(max_length=20)] = {}
-    """Partner runs by name, in place of those found automatically."""
+    operator: MaybePerson = ""
+    partners: Partners = {}
     realtime: bool = True
     override: Overridden | None = None
 
@@ -239,7 +240,7 @@ class AskCertificate(Body):
 
     authorised_by: Reason
     role: Words = ""
-    order: Annotated[dict[Name, Words], Field(max_length=50)] = {}
+    order: Order = {}
     language: Annotated[str, Field(max_length=10)] = ""
     not_for_certification: bool = False
     further_copy: Words = ""
@@ -252,7 +253,7 @@ class AskAmendment(Body):
     reason: Reason
     authorised_by: Reason
     role: Words = ""
-    order: Annotated[dict[Name, Words], Field(max_length=50)] = {}
+    order: Order = {}
 
 
 class AskSignature(Body):

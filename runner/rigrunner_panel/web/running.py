@@ -40,7 +40,6 @@ if TYPE_CHECKING:
         Why,
     )
 
-NOTHING: Mapping[str, str] = MappingProxyType({})
 FRESH_S = 15 * 60.0
 """How long a preflight is valid."""
 
@@ -105,7 +104,7 @@ def start_job(
     kind: Literal["run", "manual"],
     body: StartRun | OpenManual,
     by: str,
-    inputs: Mapping[str, str] = NOTHING,
+    inputs: Mapping[str, str] = MappingProxyType({}),
     *,
     entry: int | None = None,
 ) -> None:
@@ -159,12 +158,12 @@ def resume_stored(rig: Rig, request: ApiRequest) -> Done:
         realtime=body.realtime,
         started_utc=header.started_utc,
     )
-    paths = [
-        panel.catalogue.path("procedure", procedure),
-        panel.catalogue.path("station", rig.name),
-    ]
     job = Job(
-        view=view, procedure=paths[0], station=paths[1], runs=panel.settings.runs, resumes=True
+        view=view,
+        procedure=panel.catalogue.path("procedure", procedure),
+        station=panel.catalogue.path("station", rig.name),
+        runs=panel.settings.runs,
+        resumes=True,
     )
     rig.desk.start(job, panel)
     return Done()

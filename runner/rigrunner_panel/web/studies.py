@@ -75,12 +75,13 @@ def quantities(panel: Panel, _: ApiRequest) -> Quantities:
 
 def trend(panel: Panel, request: ApiRequest) -> TrendAnswer:
     """Return control charts of a quantity, one for each group of runs."""
+    from rigrunner_fleet.trends.rules import RULES  # noqa: PLC0415  (see above)
     from rigrunner_panel import trends  # noqa: PLC0415  (see above)
 
     query = request.query
     by = tuple(name for name in query.get("by", "").split(",") if name)
     chart, rules = query.get("chart") or "i-mr", query.get("rules") or "nelson"
-    if set(by) - set(GROUPS) or chart not in ("i-mr", "ewma") or rules not in trends.RULES:
+    if set(by) - set(GROUPS) or chart not in ("i-mr", "ewma") or rules not in RULES:
         message = "got by, chart or rules with a value that is not known"
         raise PanelError(400, "bad_request", message, "GET /api/v1/openapi.json describes it")
     settings = trends.chart_settings(chart, rules, query.get("baseline") or "20")

@@ -44,8 +44,9 @@ def recovers_after_a_failure(subject: DeviceSubject) -> None:
             wire.fails_at, wire.failure = wire.exchanges, failure
             _reads_again(device, f"a {failure.__name__} in an exchange")
             wire.fails_at = -1
-    if isinstance(subject.make(), LineDriver):
-        _recovers_over_a_socket(subject)
+    driver = subject.make()
+    if isinstance(driver, LineDriver):
+        _recovers_over_a_socket(subject, driver)
 
 
 def _reads_again(device: Device, after: str) -> None:
@@ -59,17 +60,15 @@ def _reads_again(device: Device, after: str) -> None:
             raise Nonconformity(f"after {after} it reads no more: {error}") from error
 
 
-def _recovers_over_a_socket(subject: DeviceSubject) -> None:
+def _recovers_over_a_socket(subject: DeviceSubject, driver: LineDriver) -> None:
     """Talk to a peer that answers like the driver's simulator, but once late, or not at all."""
-    driver = subject.make()
-    assert isinstance(driver, LineDriver)  # noqa: S101  (just seen)
     with _serving(_Peer(driver)) as peer:
         for fault in ("late", "dropped"):
             timeout = f"{TIMEOUT_S} s"
             with subject.connected(
                 address=peer.address, timeout=timeout, simulated=False
             ) as device:
-                assert isinstance(device, LineDriver)  # noqa: S101  (as above)
+                assert isinstance(device, LineDriver)  # noqa: S101  (as the driver)
                 peer.fault = fault
                 with _checking_answers(device, peer):
                     _reads_again(device, f"a {fault} answer over a socket")

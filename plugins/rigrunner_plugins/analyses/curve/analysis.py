@@ -43,7 +43,7 @@ from rigrunner_plugins.analyses.curve.settings import (
     XAt,
     ZeroReturn,
 )
-from rigrunner_plugins.analyses.settings import unit_of_errors
+from rigrunner_plugins.analyses.sources import error_line, line_name
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
@@ -265,14 +265,14 @@ class _CurveAtPlace:
                     changes = self._changes(
                         fitted, values, column, acts=error.acts, size=size, shares=shares
                     )
-                effects.append((self._error(channel, column, error), changes))
+                effects.append((self._error(column, error), changes))
         for channel, error, shares in self.source.of_zeros:
             column = columns.get(channel)
             step = STEP * float(fitted.values.ranges[0 if column is None else 1 + column])
             changes = self._changes(
                 fitted, values, column, acts=error.acts, size=step, shares=shares
             )
-            effects.append((self._error(channel, column, error), changes))
+            effects.append((self._error(column, error), changes))
         return effects
 
     def _changes(
@@ -290,10 +290,10 @@ class _CurveAtPlace:
         changes = [_change(value, refitted) / size for value in values]
         return [(max(change, 0.0), max(-change, 0.0)) for change in changes]
 
-    def _error(self, channel: str, column: int | None, error: ReadingError) -> _Error:
+    def _error(self, column: int | None, error: ReadingError) -> _Error:
         values = self.source.values
         symbol = values.y_unit if column is None else values.units[column]
-        return _Error(channel, unit_of_errors(symbol), error)
+        return _Error(symbol, error)
 
     def _largest(self, column: int) -> float:
         values = self.source.values
@@ -406,14 +406,14 @@ def _line_effects(
 class _Error:
     """An error of a channel's readings."""
 
-    channel: str
     unit: str
+    """The SI unit of the readings."""
     error: ReadingError
 
     @property
     def name(self) -> str:
         """Its name, with its source if that is stated."""
-        return f"{self.error.name} ({self.error.source})" if self.error.source else self.error.name
+        return line_name(self.error)
 
     @property
     def is_one_error(self) -> bool:
@@ -422,15 +422,4 @@ class _Error:
 
     def of_result(self, name: str, effect: float) -> Component:
         """Return a line of a result's budget from what an error of 1 changes it by."""
-        return Component(
-            name=name,
-            u=abs(effect) * self.error.u,
-            dof=self.error.dof,
-            distribution=self.error.distribution,
-            common=True,
-            value=0.0,
-            unit="1" if self.error.acts == "gain" else self.unit,
-            input_u=self.error.u,
-            sensitivity=effect,
-            shared=self.is_one_error,
-        )
+        return error_line(self.error, name, effect, self.unit)

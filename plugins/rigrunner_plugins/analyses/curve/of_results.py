@@ -12,7 +12,7 @@ from rigrunner.api.places import is_at
 from rigrunner.api.units import si_symbol
 from rigrunner_plugins.analyses.curve.points import Source, Values, origin_of
 from rigrunner_plugins.analyses.curve.shared_lines import shared_lines
-from rigrunner_plugins.analyses.settings import unit_of_errors
+from rigrunner_plugins.analyses.sources import error_line, line_name
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
@@ -139,15 +139,9 @@ def _of_x(
             yield from _of_result(result)
         elif name in run.instruments:
             yield [
-                Component(
-                    f"{error.name} ({error.source})" if error.source else error.name,
-                    error.at(value), error.dof, error.distribution, common=True, value=0.0,
-                    unit="1" if error.acts == "gain" else unit_of_errors(symbol),
-                    input_u=error.u, sensitivity=value if error.acts == "gain" else 1.0,
-                    shared=error.acts != "each",
-                )
+                error_line(error, line_name(error), value if error.acts == "gain" else 1.0, symbol)
                 for error in run.reading_errors(name, abs(value))
-            ]  # fmt: skip
+            ]
         else:
             yield ()
 

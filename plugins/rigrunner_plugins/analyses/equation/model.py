@@ -19,6 +19,7 @@ from rigrunner_plugins.analyses.equation.inputs import CorrelationError, Inputs
 from rigrunner_plugins.analyses.equation.result_inputs import enter_result
 from rigrunner_plugins.analyses.equation.tree import Effect
 from rigrunner_plugins.analyses.settings import unit_of_errors
+from rigrunner_plugins.analyses.sources import line_name
 from rigrunner_plugins.analyses.statistics import correlation_of_means, mean_scatter
 
 if TYPE_CHECKING:
@@ -145,7 +146,7 @@ def _enter_instruments(
         exact = channel.of in group.set_points and channel.of not in run.instruments
         errors = run.reading_errors(channel.of, largest) if channel.instrument and not exact else ()
         for error in errors:
-            error_name = f"{error.name} ({error.source})" if error.source else error.name
+            error_name = line_name(error)
             symbol = "1" if error.acts == "gain" else unit_of_errors(group.units[channel.of])
             register_error = register_errors.setdefault(
                 error_name,

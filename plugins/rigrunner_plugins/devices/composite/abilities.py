@@ -11,7 +11,8 @@ from rigrunner.api import DeviceRejectedError
 from rigrunner.api.devices import CountsStreams, KnowsTruth
 from rigrunner.api.driver import wait_until_arrived
 from rigrunner.api.quantity import legible
-from rigrunner_plugins.devices.composite.base import POLL_S, Composite, find
+from rigrunner_plugins.devices.channels import find
+from rigrunner_plugins.devices.composite.base import POLL_S, Composite
 from rigrunner_plugins.devices.composite.clocks.aligned import AlignedStream, StreamPlan
 
 if TYPE_CHECKING:

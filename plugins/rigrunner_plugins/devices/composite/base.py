@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from contextlib import suppress
 from functools import partial
-from typing import TYPE_CHECKING, TypeVar
+from typing import TYPE_CHECKING
 
 from rigrunner.api import DeviceError, DeviceLostError, DeviceRejectedError, Identity
 from rigrunner.api.cleanup import add_beside, error_text, errors_of, raise_first
@@ -18,7 +18,6 @@ if TYPE_CHECKING:
     from rigrunner_plugins.devices.composite.routes import ChannelRoute, DriveRoute, ReadingRoute
     from rigrunner_plugins.devices.composite.settings import ClockSettings
 
-_Route = TypeVar("_Route")
 POLL_S = 0.05
 """How often a drive that is on its way is read back."""
 
@@ -194,11 +193,3 @@ def _combined_error(
     messages = dict.fromkeys(error.message for error in errors)
     read_back_text = f"; read back were {', '.join(texts)}" if texts else ""
     return type(errors[0])("; ".join(messages) + read_back_text, hint=errors[0].hint)
-
-
-def find(kind: str, name: str, routes: Mapping[str, _Route]) -> _Route:
-    """Return the route of that name; raise DeviceRejectedError with the names that there are."""
-    if name not in routes:
-        listing = ", ".join(routes) or "none"
-        raise DeviceRejectedError(f"there is no {kind} '{name}'", hint=f"there are: {listing}")
-    return routes[name]

@@ -5,6 +5,7 @@ from __future__ import annotations
 from contextlib import contextmanager
 from functools import partial
 from math import nan
+from threading import Event
 from typing import TYPE_CHECKING, Any, TypeVar
 
 from rigrunner.api import (
@@ -30,11 +31,6 @@ if TYPE_CHECKING:
 _T = TypeVar("_T")
 _GLANCE_S = 0.1
 """Over which the mean is the single value of an instrument that only streams."""
-
-
-class _Never:
-    def is_set(self) -> bool:
-        return False
 
 
 class Part:
@@ -99,8 +95,8 @@ class Part:
         if self._streams:
             text = f"{self.name}: {', '.join(channels)} cannot be read while it records"
             raise DeviceRejectedError(text, hint="it gives single values by a stream of its own")
-        totals, samples = dict.fromkeys(channels, 0.0), 0
-        for block in self.stream(channels, _GLANCE_S, _Never()):
+        totals, samples, never_set = dict.fromkeys(channels, 0.0), 0, Event()
+        for block in self.stream(channels, _GLANCE_S, never_set):
             samples += block.samples
             for name in channels:
                 totals[name] += float(block.channels[name].sum())

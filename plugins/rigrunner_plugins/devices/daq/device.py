@@ -14,7 +14,6 @@ from rigrunner.api import (
     Driver,
     Identity,
 )
-from rigrunner_plugins.devices.channels import check_channels
 from rigrunner_plugins.devices.daq.daqmx import Acquisition, Outputs, facts
 from rigrunner_plugins.devices.daq.settings import (
     DigitalOutput,
@@ -97,8 +96,7 @@ class Daq(Driver):
 
     def read(self, channels: Sequence[str]) -> dict[str, float]:
         """Return the same of several channels, of the same samples."""
-        self._need_connection()
-        check_channels(channels, self.channels)
+        self.check_channels(channels)
         values = self._glance() if self._newest is None else self._newest
         return {name: values[name] for name in channels}
 
@@ -135,8 +133,7 @@ class Daq(Driver):
         self, channels: Sequence[str], duration_s: float, stop: StopToken
     ) -> Iterator[Block]:
         """Yield blocks of at most 0.1 s; raise DeviceLostError where samples were overwritten."""
-        self._need_connection()
-        check_channels(channels, self.channels)
+        self.check_channels(channels)
         return self._blocks(channels, duration_s, stop)
 
     def stream_conditions(self) -> Mapping[str, tuple[float, str]]:

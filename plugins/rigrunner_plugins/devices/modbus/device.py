@@ -17,7 +17,12 @@ from rigrunner.api import (
 )
 from rigrunner.api.cleanup import do_all
 from rigrunner.api.driver import check_patience
-from rigrunner_plugins.devices.declared import channel_infos, drive_infos, reading_infos
+from rigrunner_plugins.devices.declared import (
+    channel_infos,
+    drive_infos,
+    reading_infos,
+    refuse_other,
+)
 from rigrunner_plugins.devices.extras import missing_package
 from rigrunner_plugins.devices.modbus.grouping import MOST_REGISTERS, Span, spans
 from rigrunner_plugins.devices.modbus.places import address_text
@@ -244,12 +249,7 @@ class ModbusDevice(Driver):
                 *settings.readings.values(),
             )
             self._read_numbers(numbers[:1])
-        for name, expected in identification.expect.items():
-            if texts[name] != expected:
-                raise DeviceNotFoundError(
-                    f"{settings.where} has the {name} '{texts[name]}', expected '{expected}'",
-                    hint="is it another instrument, or must the station be updated?",
-                )
+        refuse_other(settings.where, texts, identification.expect)
         return Identity(
             maker=texts["maker"] or "unknown",
             model=texts["model"] or f"Modbus {settings.where}",

@@ -12,6 +12,7 @@ from rigrunner_plugins.devices.declared import (
     DeclaredDrive,
     DeclaredQuantity,
     DeclaredReading,
+    ExpectedIdentity,
     QuantityName,
     refuse_shared_names,
 )
@@ -91,7 +92,7 @@ class Identification(Settings):
     model: IdentityPart | None = None
     serial: IdentityPart | None = None
     firmware: IdentityPart | None = None
-    expect: dict[Literal["maker", "model", "serial", "firmware"], str] = Field(default_factory=dict)
+    expect: ExpectedIdentity = Field(default_factory=dict)
     """Expected instrument; a run does not start with another one."""
 
     @model_validator(mode="after")

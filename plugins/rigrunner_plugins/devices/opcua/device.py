@@ -7,14 +7,13 @@ from typing import TYPE_CHECKING
 
 from rigrunner.api import (
     DeviceLostError,
-    DeviceNotFoundError,
     DeviceRejectedError,
     Driver,
     Identity,
 )
 from rigrunner.api.cleanup import do_all
 from rigrunner.api.driver import check_patience
-from rigrunner_plugins.devices.declared import channel_infos, drive_infos
+from rigrunner_plugins.devices.declared import channel_infos, drive_infos, refuse_other
 from rigrunner_plugins.devices.extras import missing_package
 from rigrunner_plugins.devices.opcua.types import TYPES, encode
 
@@ -127,16 +126,10 @@ class OpcUa(Driver):
 
     def _identify(self) -> Identity:
         values = self.exchange("read who it is", self._ask_identity)
-        texts = dict(zip(_PARTS, values, strict=False))
-        for part, expected in self._settings.identification.expect.items():
-            if texts.get(part) != expected:
-                raise DeviceNotFoundError(
-                    f"{self._settings.endpoint} has the {part} '{texts.get(part, '')}',"
-                    f" expected '{expected}'",
-                    hint="is it another instrument, or must the station be updated?",
-                )
-        maker = texts.get("maker") or "unknown"
-        model, serial, firmware = (texts.get(part) or "not told" for part in _PARTS[1:])
+        texts = dict.fromkeys(_PARTS, "") | dict(zip(_PARTS, values, strict=False))
+        refuse_other(self._settings.endpoint, texts, self._settings.identification.expect)
+        maker = texts["maker"] or "unknown"
+        model, serial, firmware = (texts[part] or "not told" for part in _PARTS[1:])
         return Identity(maker, model, serial, firmware)
 
     def _ask_identity(self) -> list[str]:

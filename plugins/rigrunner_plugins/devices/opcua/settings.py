@@ -13,6 +13,7 @@ from rigrunner_plugins.devices.declared import (
     DeclaredChannel,
     DeclaredDrive,
     DeclaredQuantity,
+    ExpectedIdentity,
     QuantityName,
 )
 from rigrunner_plugins.devices.opcua.types import Type, encode, step
@@ -106,7 +107,7 @@ class IdentityNodes(Settings):
     """Node of the serial number; a server itself has none."""
     firmware: NodeId | None = None
     """Node of the firmware version; if omitted, the software version of the server."""
-    expect: dict[Literal["maker", "model", "serial", "firmware"], str] = Field(default_factory=dict)
+    expect: ExpectedIdentity = Field(default_factory=dict)
     """Expected instrument; a run does not start with another one."""
 
 

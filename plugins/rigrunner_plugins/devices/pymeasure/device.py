@@ -28,7 +28,6 @@ from rigrunner_plugins.devices.pymeasure.binding import (
 )
 from rigrunner_plugins.devices.pymeasure.settings import FAKES
 from rigrunner_plugins.devices.text.numbers import OVERLOAD, excerpt
-from rigrunner_plugins.devices.text.patterns import fits
 from rigrunner_plugins.devices.visa.device import identity_of
 from rigrunner_plugins.devices.visa.errors import visa_errors
 from rigrunner_plugins.devices.visa.opening import (
@@ -143,17 +142,12 @@ class PyMeasureDevice(CommandedDriver):
 
     def _identify(self) -> Identity:
         *_, maker, name = self._settings.instrument.split(".")
-        simulated = self._settings.simulated
-        if not self._settings.expect:
+        settings = self._settings
+        simulated, expect = settings.simulated, settings.expect
+        if not expect:
             return Identity(maker, name, "", simulated=simulated)
         answer = self._exchange("get *IDN?", lambda instrument: str(instrument.ask("*IDN?")))
-        if not fits(self._settings.expect, answer):
-            raise DeviceNotFoundError(
-                f"at {self._settings.resource} answers {excerpt(answer)} to '*IDN?',"
-                f" which does not fit '{self._settings.expect}'",
-                hint="is it the right instrument? in `expect`, .* matches anything",
-            )
-        return identity_of(answer, simulated=simulated)
+        return identity_of(answer, settings.resource, "*IDN?", expect, simulated=simulated)
 
     def _exchange(self, request: str, work: Callable[[Any], _T]) -> _T:
         return self.exchange(request, partial(self._perform, request, work))

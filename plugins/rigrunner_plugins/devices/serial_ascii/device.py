@@ -8,13 +8,12 @@ from typing import TYPE_CHECKING
 from rigrunner.api import (
     DeviceLostError,
     DeviceNotFoundError,
-    DeviceRejectedError,
     DeviceTimeoutError,
     Driver,
     Identity,
 )
 from rigrunner.api.cleanup import do_all
-from rigrunner_plugins.devices.channels import check_channels
+from rigrunner_plugins.devices.channels import find
 from rigrunner_plugins.devices.declared import channel_infos, reading_infos
 from rigrunner_plugins.devices.serial_ascii.port import ExampleLines, PortLines
 from rigrunner_plugins.devices.text.patterns import fits
@@ -62,8 +61,7 @@ class SerialAscii(Driver):
 
     def read(self, channels: Sequence[str]) -> dict[str, float]:
         """Return the value of each channel, all out of one line."""
-        self._need_connection()
-        check_channels(channels, self.channels)
+        self.check_channels(channels)
         values = self._values()
         return {name: values[name] for name in channels}
 
@@ -75,11 +73,7 @@ class SerialAscii(Driver):
         """Return each reading, all out of one line."""
         self._need_connection()
         values = self._settings.readings_in(self._line())
-        if unknown := [name for name in readings if name not in values]:
-            raise DeviceRejectedError(
-                f"there is no reading '{unknown[0]}'", hint=f"there are: {', '.join(values)}"
-            )
-        return {name: values[name] for name in readings}
+        return {name: find("reading", name, values) for name in readings}
 
     def _line(self) -> str:
         request = self._settings.request

@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from rigrunner.api import Block, DeviceError, DeviceRejectedError
-from rigrunner_plugins.devices.channels import check_channels
 from rigrunner_plugins.devices.serial_ascii.device import SerialAscii
 
 if TYPE_CHECKING:
@@ -48,8 +47,7 @@ class StreamingSerialAscii(SerialAscii):
         self, channels: Sequence[str], duration_s: float, stop: StopToken
     ) -> Iterator[Block]:
         """Yield gapless blocks until the duration has passed or the token is set."""
-        self._need_connection()
-        check_channels(channels, self.channels)
+        self.check_channels(channels)
         return self._blocks(tuple(channels), round(duration_s * self._rate_hz), stop)
 
     def _blocks(self, channels: Sequence[str], samples: int, stop: StopToken) -> Iterator[Block]:

@@ -135,14 +135,8 @@ class Visa(CommandedDriver):
         simulated = self._settings.simulated
         if identification is None:
             return Identity("unidentified", f"instrument at {resource}", "", simulated=simulated)
-        answer = self.ask(identification.query)
-        if not fits(identification.expect, answer):
-            raise DeviceNotFoundError(
-                f"at {resource} answers {excerpt(answer)} to '{identification.query}',"
-                f" which does not fit '{identification.expect}'",
-                hint="is it the right instrument? in `expect`, .* matches anything",
-            )
-        return identity_of(answer, simulated=simulated)
+        query, expect = identification.query, identification.expect
+        return identity_of(self.ask(query), resource, query, expect, simulated=simulated)
 
     def _read_errors(self) -> list[str]:
         """Empty the error queue and return its errors."""
@@ -168,12 +162,20 @@ class Visa(CommandedDriver):
             error.message += f"; the instrument says: {'; '.join(errors)}"
 
 
-def identity_of(answer: str, *, simulated: bool = False) -> Identity:
+def identity_of(
+    answer: str, resource: str, query: str, expect: str, *, simulated: bool
+) -> Identity:
     """Return maker, model, serial and firmware, as the answer to *IDN? has them.
 
     IEEE 488.2-1992, 10.14.3, wants four fields with commas between them, and 0 for what the
-    instrument does not know; an answer of another shape is the model.
+    instrument does not know; an answer of another shape is the model. Raises DeviceNotFoundError
+    for an answer that does not fit `expect`.
     """
+    if not fits(expect, answer):
+        raise DeviceNotFoundError(
+            f"at {resource} answers {excerpt(answer)} to '{query}', which does not fit '{expect}'",
+            hint="is it the right instrument? in `expect`, .* matches anything",
+        )
     fields = [field.strip() for field in answer.strip().split(",", 3)]
     if len(fields) < 4:  # noqa: PLR2004  (the fields of *IDN?)
         return Identity("unknown", answer.strip(), "", simulated=simulated)

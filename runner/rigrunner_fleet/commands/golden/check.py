@@ -74,6 +74,7 @@ def command(
     from rigrunner.cli.stopping import batch_stop_on_signals
     from rigrunner_fleet.golden.checking import Checker
     from rigrunner_fleet.golden.words import conclusion
+    from rigrunner_fleet.reanalysis.batch import Batch
 
     if html is not None and html.suffix != ".html":  # reported before hours of work
         raise UsageError(f"no report is written as '{html.name}'", hint="end it with: .html")
@@ -82,13 +83,9 @@ def command(
         overall = Checker(
             folder=folder,
             runs=runs,
-            changes=changes,
-            station=station,
             tolerance=tolerance,
             out=out,
-            workers=workers,
-            stop=stop,
-            progress=progress,
+            batch=Batch(changes, station, workers, stop, progress),
         ).check()
     _write(overall, html, junit)
     if as_json:

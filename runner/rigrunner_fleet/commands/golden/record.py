@@ -42,12 +42,14 @@ def command(
     """
     from rigrunner.cli.stopping import batch_stop_on_signals
     from rigrunner_fleet.golden.recording import Recorder
+    from rigrunner_fleet.reanalysis.batch import Batch
     from rigrunner_fleet.reanalysis.selection import select_runs
 
     workers, runs = workers_for(jobs, dask), select_runs(paths)
     changes = changes_in(file, primary, station)
     with batch_stop_on_signals() as stop, shown_count("runs") as progress:
-        recorded = Recorder(out, copy, changes, station, workers, stop, progress).record(runs)
+        batch = Batch(changes, station, workers, stop, progress)
+        recorded = Recorder(out, copy, batch).record(runs)
     for row in recorded.skipped:
         message(f"left out: {row.run}: {row.skipped}")
     for reference in recorded.references:

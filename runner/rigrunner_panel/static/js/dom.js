@@ -30,6 +30,15 @@ export function show(element, visible) {
   if (element.hidden === visible) element.hidden = !visible;
 }
 
+// Returns a function for each key of a field: it calls `work` once nothing is typed any more for that time.
+export function afterTyping(work, ms) {
+  let timer = 0;
+  return () => {
+    clearTimeout(timer);
+    timer = setTimeout(work, ms);
+  };
+}
+
 export function button(text, onclick, { kind = "", key = "", ...rest } = {}) {
   const label = h("span", {}, text);
   const hint = key ? [h("kbd", { "aria-hidden": "true" }, key)] : [];

@@ -48,6 +48,12 @@ export function plain(value) {
   return shownNumber(String(Number(value.toPrecision(6))).replace("-", "\u2212"));
 }
 
+// The limits of a value; "" where it has none.
+export function limitText({ lower, upper }) {
+  if (Number.isFinite(lower)) return Number.isFinite(upper) ? `${plain(lower)} … ${plain(upper)}` : `≥ ${plain(lower)}`;
+  return Number.isFinite(upper) ? `≤ ${plain(upper)}` : "";
+}
+
 const MOST_DECIMALS = 20;
 
 // The decimals that show an uncertainty with two significant digits (GUM 7.2.6); negative for tens
@@ -67,10 +73,13 @@ export function withUncertainty(value, uncertainty, unit) {
   return `${shown(value)} ± ${shown(uncertainty)} ${unit}`;
 }
 
+function two(number) {
+  return String(number).padStart(2, "0");
+}
+
 export function duration(seconds) {
   if (seconds === null || seconds === undefined || !Number.isFinite(seconds)) return UNKNOWN;
   const total = Math.max(0, Math.round(seconds));
-  const two = (number) => String(number).padStart(2, "0");
   const hours = Math.floor(total / 3600);
   const minutes = Math.floor(total / 60) % 60;
   return hours ? `${hours}:${two(minutes)}:${two(total % 60)}` : `${minutes}:${two(total % 60)}`;
@@ -90,7 +99,6 @@ export function bytes(count) {
 // The time of day, to the second.
 export function clock(utc) {
   const moment = new Date(utc);
-  const two = (number) => String(number).padStart(2, "0");
   return Number.isNaN(moment.getTime()) ? utc : `${two(moment.getHours())}:${two(moment.getMinutes())}:${two(moment.getSeconds())}`;
 }
 
@@ -98,7 +106,6 @@ export function localTime(utc) {
   if (!utc) return UNKNOWN;
   const moment = new Date(utc);
   if (Number.isNaN(moment.getTime())) return utc;
-  const two = (number) => String(number).padStart(2, "0");
   const day = [moment.getFullYear(), two(moment.getMonth() + 1), two(moment.getDate())].join("-");
   return `${day} ${two(moment.getHours())}:${two(moment.getMinutes())}`;
 }

@@ -21,17 +21,15 @@ def lab_of(folder, quick, copies=3):
     return folder
 
 
-def batch(out, *, workers=None, progress=None, stop=None, **changed):
+def batch(**changed):
     """Return a batch that runs in this process by default."""
-    progress = progress or (lambda *_: None)
-    default = Batch(
-        out, Changes(), None, workers or InProcess(), stop or threading.Event(), progress
+    return replace(
+        Batch(Changes(), None, InProcess(), threading.Event(), lambda *_: None), **changed
     )
-    return replace(default, **changed)
 
 
 def reanalysed(lab, out, **changed):
-    return batch(out, **changed).run(select_runs([lab]))
+    return batch(**changed).run(select_runs([lab]), out)
 
 
 def results(out):

@@ -108,12 +108,12 @@ def test_damaged_files_are_listed_and_retried(quick, tmp_path):
     damaged.write_bytes(content[: len(content) // 2])
     text.write_text("not HDF5")
     runs = select_runs([lab, text])
-    summary = batch(out, workers=Processes(2)).run(runs)
+    summary = batch(workers=Processes(2)).run(runs, out)
     assert [row.run for row in summary.failed] == ["no run", "rig-1/loaded-0"]
     assert all("run.h5" in row.problem for row in summary.failed)
     assert [row.run for row in summary.analysed] == ["rig-1/no-load", "rig-2/loaded-1"]
     damaged.write_bytes(content)
-    again = batch(out).run(runs)
+    again = batch().run(runs, out)
     assert [row.run for row in again.failed] == ["no run"]
     assert "rig-1/loaded-0" in results(out)
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from concurrent.futures import FIRST_COMPLETED, wait
 from contextlib import ExitStack
 from dataclasses import dataclass
+from threading import Event
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -41,18 +42,6 @@ class StreamPlan:
     answer_s: float
 
 
-class _PartsStop:
-    """The parts' stop token: set once all samples are there, or the run was seen to stop.
-
-    The run's own token is looked at in one place alone, so that a replay looks at it as often.
-    """
-
-    done = False
-
-    def is_set(self) -> bool:
-        return self.done
-
-
 class AlignedStream:
     """One recording of channels that several clocks sample."""
 
@@ -60,7 +49,9 @@ class AlignedStream:
         self._plan = plan
         self._duration_s = duration_s
         self._stop = stop
-        self._parts_stop = _PartsStop()
+        # Set once all samples are there, or the run was seen to stop. The run's own token is looked
+        # at in one place alone, so that a replay looks at it as often.
+        self._parts_stop = Event()
         self._clock = clock
         self._feeds: dict[str, Feed] = {}
         self._trackers: dict[str, Tracker] = {}
@@ -78,7 +69,7 @@ class AlignedStream:
             self._end()
 
     def _end(self) -> None:
-        self._parts_stop.done = True
+        self._parts_stop.set()
         do_all(*(feed.end for feed in self._feeds.values()))
 
     def conditions(self) -> dict[str, tuple[float, str]]:

@@ -2,7 +2,7 @@
 
 import { goToRig, station } from "../address.js";
 import { get } from "../client.js";
-import { button, fill, h } from "../dom.js";
+import { afterTyping, button, fill, h } from "../dom.js";
 import { draft, newDraft } from "../draft.js";
 import { localTime } from "../format.js";
 import { isBusy } from "../parts/bar.js";
@@ -56,16 +56,11 @@ export function choosePage() {
 }
 
 function list(path, kind, chosen, changed) {
+  const later = afterTyping(load, TYPING_MS);
   const search = h("input", { type: "search", id: `search-${kind}`, autocomplete: "off", placeholder: t(`choose.search_${kind}`), oninput: later });
   const doing = h("div", { role: "status" });
   const items = h("div", { class: "items", role: "radiogroup", "aria-label": t(`choose.${kind}`) });
-  let timer = 0;
   let requests = 0;
-
-  function later() {
-    clearTimeout(timer);
-    timer = setTimeout(load, TYPING_MS);
-  }
 
   async function load() {
     const request = ++requests;

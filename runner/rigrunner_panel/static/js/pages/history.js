@@ -2,7 +2,7 @@
 
 import { go } from "../address.js";
 import { get } from "../client.js";
-import { button, fill, h, setText, show } from "../dom.js";
+import { afterTyping, button, fill, h, setText, show } from "../dom.js";
 import { localTime, shownNumber, withUncertainty } from "../format.js";
 import { field } from "../parts/field.js";
 import { verdictText } from "../parts/verdict.js";
@@ -16,6 +16,7 @@ const PAGE = 50;
 
 export function historyPage() {
   const chosen = []; // names of runs, which begin with their time: sorted, the older one comes first
+  const later = afterTyping(() => load(false), TYPING_MS);
   const filters = {
     search: h("input", { type: "search", id: "history-search", autocomplete: "off", oninput: later }),
     verdict: choice("history-verdict", "verdict.any", ["pass", "conditional pass", "inconclusive", "conditional fail", "fail"], verdictText),
@@ -27,17 +28,11 @@ export function historyPage() {
   const more = button(t("history.more"), () => load(true), { kind: "big" });
   const compare = button(t("history.compare"), () => go(`#/compare/${[...chosen].sort().map(encodeURIComponent).join("/")}`), { kind: "primary" });
   const overlay = button(t("history.overlay"), () => go(`#/overlay/${chosen.map(encodeURIComponent).join("/")}`));
-  let timer = 0;
   let last = "";
   let requests = 0;
 
   function choice(id, any, names, words) {
     return h("select", { id, onchange: () => load(false) }, h("option", { value: "" }, t(any)), names.map((name) => h("option", { value: name }, words(name))));
-  }
-
-  function later() {
-    clearTimeout(timer);
-    timer = setTimeout(() => load(false), TYPING_MS);
   }
 
   async function load(onwards) {

@@ -28,7 +28,6 @@ export function manualPage() {
   const curve = latestCurve();
   const figures = resultCharts(1);
   const channels = channelList();
-  const watch = button(t("channels.title"), () => seeChannels(channels.element.hidden), { kind: "big", "aria-pressed": "false" });
   const numbers = readouts();
   const alarms = alarmStrip();
   const opener = openCard();
@@ -38,16 +37,15 @@ export function manualPage() {
   const record = button(t("manual.record"), () => recordPoint(), { kind: "primary big" });
   const close = button(t("manual.close"), () => steer("manual/close"), { kind: "big" });
   const points = liveResults();
-  const plots = h("div", { class: "manual-plots" }, channels.element, curve.element, figures.element);
   const bench = h("div", { class: "manual-bench" },
     numbers.element,
-    plots,
+    h("div", { class: "manual-plots" }, channels.element, curve.element, figures.element),
     h("div", { class: "manual-side" },
       h("section", { class: "card" }, h("h2", {}, t("manual.drives")), drives),
       h("section", { class: "card manual-record" }, h("h2", {}, t("manual.points")),
         h("div", { class: "row" }, cycles.element, record), recording, points.element)),
     alarms.element);
-  const element = h("div", { class: "page manual" }, h("div", { class: "head" }, h("h1", {}, t("manual.title")), h("div", { class: "row" }, watch, close)), opener.element, bench);
+  const element = h("div", { class: "page manual" }, h("div", { class: "head" }, h("h1", {}, t("manual.title")), h("div", { class: "row" }, channels.watch, close)), opener.element, bench);
   let built = "";
 
   function recordPoint() {
@@ -65,7 +63,7 @@ export function manualPage() {
     show(bench, Boolean(open) || (state.job?.kind === "manual" && state.phase !== "idle" && state.phase !== "finished"));
     show(opener.element, !open && state.job?.kind !== "manual" || state.phase === "finished" || state.phase === "idle");
     show(close, Boolean(open));
-    show(watch, Boolean(open));
+    show(channels.watch, Boolean(open));
     opener.update();
     numbers.update();
     alarms.update();
@@ -82,12 +80,6 @@ export function manualPage() {
       fill(drives, state.manual.drives.map(driveRow));
     }
     setText(recording, recordedWords(state.manual));
-  }
-
-  function seeChannels(on) {
-    show(channels.element, on);
-    plots.classList.toggle("of-channels", on);
-    watch.setAttribute("aria-pressed", String(on));
   }
 
   // The manual mode watches all the time: its latest curve is always one of now.

@@ -3,13 +3,12 @@
 import { rigAddress } from "../address.js";
 import { fill, h, setText, show } from "../dom.js";
 import { duration } from "../format.js";
+import { isBusy } from "../parts/bar.js";
 import { stepWords } from "../parts/steps.js";
 import { SIGNS, verdictText } from "../parts/verdict.js";
 import { stopNow } from "../steer.js";
 import { listen, store } from "../store.js";
 import { translate, t } from "../texts.js";
-
-const IN_USE = new Set(["starting", "running", "asking", "pausing", "paused", "ending", "analysing", "manual"]);
 
 export function overviewPage() {
   const grid = h("div", { class: "rigs" });
@@ -56,12 +55,12 @@ function rigCard({ station }) {
     word, alarm, waits, h("div", { class: "rig-body" }, specimen, procedure, step, progress), foot);
 
   function update(rig) {
-    const busy = IN_USE.has(rig.phase);
+    const busy = isBusy(rig) && rig.phase !== "checking";
     const { kind, text } = stateOf(rig);
     element.className = `rig ${kind}`;
     setText(name, translate(rig.title));
     stop.setAttribute("aria-label", t("rigs.stop", { name: translate(rig.title) }));
-    stop.classList.toggle("idle", !busy && rig.phase !== "checking");
+    stop.classList.toggle("idle", !isBusy(rig));
     setText(word, text);
     setText(specimen, rig.specimen || (rig.kind && rig.kind !== "preflight" ? t("rigs.no_specimen") : ""));
     setText(procedure, rig.kind === "preflight" ? "" : rig.procedure);

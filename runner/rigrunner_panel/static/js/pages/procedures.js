@@ -2,7 +2,7 @@
 
 import { go } from "../address.js";
 import { get } from "../client.js";
-import { breakable, fill, h, show } from "../dom.js";
+import { afterTyping, breakable, fill, h, show } from "../dom.js";
 import { localTime } from "../format.js";
 import { working } from "../parts/working.js";
 import { attempt } from "../steer.js";
@@ -11,17 +11,12 @@ import { translate, t } from "../texts.js";
 const TYPING_MS = 150;
 
 export function proceduresPage() {
+  const later = afterTyping(load, TYPING_MS);
   const rows = h("tbody");
   const doing = h("div", { role: "status" });
   const nothing = h("p", { class: "nothing", hidden: true }, t("choose.nothing"));
   const search = h("input", { type: "search", id: "search-procedures", autocomplete: "off", oninput: later });
-  let timer = 0;
   let requests = 0;
-
-  function later() {
-    clearTimeout(timer);
-    timer = setTimeout(load, TYPING_MS);
-  }
 
   async function load() {
     const request = ++requests;

@@ -46,7 +46,6 @@ export function runPage() {
   const skip = button(t("run.skip"), () => because("run/skip", "run.skip", {}), { kind: "big" });
   const override = button(t("run.override"), () => because("run/override", "run.override", {}), { kind: "big" });
   const stopped = button(t("run.abort"), abort, { kind: "big danger" });
-  const watch = button(t("channels.title"), () => seeChannels(channels.element.hidden), { kind: "big", "aria-pressed": "false" });
   const choose = button(t("plots.title"), () => {
     show(chosen.chooser, chosen.chooser.hidden);
     choose.setAttribute("aria-pressed", String(!chosen.chooser.hidden));
@@ -57,14 +56,8 @@ export function runPage() {
     h("div", { class: "run-head" }, h("div", {}, title, step), verdict.element),
     numbers.element,
     plots,
-    h("div", { class: "run-foot" }, alarms.element, paused, nothing, over, chosen.chooser, h("div", { class: "run-buttons" }, pause, repeat, skip, override, watch, choose, stopped)),
+    h("div", { class: "run-foot" }, alarms.element, paused, nothing, over, chosen.chooser, h("div", { class: "run-buttons" }, pause, repeat, skip, override, channels.watch, choose, stopped)),
     prompt.element);
-
-  function seeChannels(on) {
-    show(channels.element, on);
-    plots.classList.toggle("of-channels", on);
-    watch.setAttribute("aria-pressed", String(on));
-  }
 
   async function because(path, key, options) {
     const reason = await askReason(t(`${key}.title`), { confirm: t(key), ...options });

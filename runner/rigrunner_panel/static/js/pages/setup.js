@@ -76,15 +76,16 @@ export function setupPage() {
   return { title: t("setup.title"), element, leave: () => forgets.forEach((forget) => forget()) };
 }
 
-// Returns the partner runs that the plan was shown with, by name.
-function partnersOf(plan) {
-  return Object.fromEntries(plan.partners.filter((partner) => partner.run).map((partner) => [partner.name, partner.run]));
+// Returns the run that was set up, with the partner runs that the plan was shown with.
+function requested(inputs, realtime, plan) {
+  const values = inputs.values();
+  const { procedure, station } = draft();
+  const partners = Object.fromEntries(plan.partners.filter((partner) => partner.run).map((partner) => [partner.name, partner.run]));
+  return { procedure, station, inputs: values, operator: values.operator ? "" : personName(), partners, realtime: realtime.checked };
 }
 
 async function begin(inputs, card, realtime, plan) {
-  const values = inputs.values();
-  const { procedure, station } = draft();
-  const body = { procedure, station, inputs: values, operator: values.operator ? "" : personName(), partners: partnersOf(plan), realtime: realtime.checked };
+  const body = requested(inputs, realtime, plan);
   const override = card.override();
   if (override) body.override = override;
   if (draft().entry) body.entry = draft().entry;
@@ -95,9 +96,7 @@ async function begin(inputs, card, realtime, plan) {
 }
 
 async function enqueue(inputs, realtime, plan) {
-  const values = inputs.values();
-  const { procedure, station } = draft();
-  const body = { procedure, station, inputs: values, operator: values.operator ? "" : personName(), partners: partnersOf(plan), realtime: realtime.checked };
+  const body = requested(inputs, realtime, plan);
   const added = await attempt(async () => {
     try {
       return await steerOrRefuse("queue/add", body);

@@ -60,10 +60,11 @@ export function topBar() {
     const here = location.hash || "#/";
     if (!station() && (here === "#/" || here.startsWith("#/rigs"))) rigs.setAttribute("aria-current", "page");
     else rigs.removeAttribute("aria-current");
+    const isAt = (page) => [page, ...(OF_PAGE[page] ?? [])].some((address) => here.startsWith(address));
+    const isElsewhere = PAGES.some(([page]) => page !== "#/" && isAt(page));
     for (const link of links) {
       const target = link.getAttribute("href");
-      const current = target === "#/" ? !["#/queue", "#/manual", "#/procedures", "#/history", "#/runs", "#/compare", "#/overlay", "#/trends"].some((page) => here.startsWith(page)) : [target, ...(OF_PAGE[target] ?? [])].some((page) => here.startsWith(page));
-      if (current) link.setAttribute("aria-current", "page");
+      if (target === "#/" ? !isElsewhere : isAt(target)) link.setAttribute("aria-current", "page");
       else link.removeAttribute("aria-current");
     }
   }

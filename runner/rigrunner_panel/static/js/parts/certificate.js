@@ -4,7 +4,7 @@ import { personName, post } from "../client.js";
 import { takeControl } from "../steer.js";
 import { fill, h } from "../dom.js";
 import { translate, t } from "../texts.js";
-import { field, filledIn } from "./field.js";
+import { field, filledIn, textField } from "./field.js";
 import { problemList, refusedWords } from "./notices.js";
 import { working } from "./working.js";
 
@@ -13,10 +13,14 @@ const ORDER = ["customer", "customer_contact", "item", "item_condition", "receiv
 // What a run knows where its procedure asks for it: field of the order, and input of the run.
 const FROM_RUN = [["item_id", "specimen"], ["operator", "operator"]];
 
+export function fileList(files) {
+  return h("ul", { class: "files" }, files.map((file) => h("li", {}, h("a", { href: file.url, target: "_blank", rel: "noopener" }, file.name))));
+}
+
 // What was issued, with its files.
 export function issuedWords(certificate) {
   return [h("p", { class: "good-text" }, t("certificate.done", { number: certificate.number })),
-    h("ul", { class: "files" }, certificate.files.map((file) => h("li", {}, h("a", { href: file.url, target: "_blank", rel: "noopener" }, file.name)))),
+    fileList(certificate.files),
     ...certificate.notes.map((note) => h("p", { class: "soft" }, translate(note)))];
 }
 
@@ -45,21 +49,21 @@ function storedOrder() {
   }
 }
 
-function textField(name, value, { type = "text", required = false } = {}) {
-  return field(t(`certificate.${name}`), h("input", { type, id: `certificate-${name}`, value, required, autocomplete: "off" }));
+function orderField(name, value, more = {}) {
+  return textField(`certificate-${name}`, t(`certificate.${name}`), { value, ...more });
 }
 
 // `issued` is called once a certificate was issued.
 export function certificateForm(run, inputs, issued) {
   const stored = storedOrder();
   const unknown = FROM_RUN.filter(([, input]) => !inputs[input]).map(([name]) => name);
-  const order = Object.fromEntries([...unknown, ...ORDER].map((name) => [name, textField(name, stored[name] ?? "", { type: name === "received" ? "date" : "text", required: true })]));
-  const by = textField("by", personName(), { required: true });
-  const role = textField("role", stored.role ?? "");
+  const order = Object.fromEntries([...unknown, ...ORDER].map((name) => [name, orderField(name, stored[name] ?? "", { type: name === "received" ? "date" : "text", required: true })]));
+  const by = orderField("by", personName(), { required: true });
+  const role = orderField("role", stored.role ?? "");
   const language = h("select", { id: "certificate-language" }, ["en", "de"].map((code) => h("option", { value: code }, t(`language.${code}`))));
   const specimen = h("input", { type: "checkbox", id: "certificate-specimen", checked: true });
   const isSpecimen = field(t("certificate.specimen"), specimen, { kind: "ticked" });
-  const copy = textField("copy", "");
+  const copy = orderField("copy", "");
   const fields = { ...order, authorised_by: by, role, not_for_certification: isSpecimen, further_copy: copy };
   const status = h("div", { class: "told", role: "status" });
   const send = h("button", { type: "submit", class: "button primary big" }, t("certificate.issue"));

@@ -5,9 +5,9 @@ import { button, fill, h } from "../dom.js";
 import { localTime } from "../format.js";
 import { takeControl } from "../steer.js";
 import { translate, t } from "../texts.js";
-import { issuedWords, refusal, refuse } from "./certificate.js";
+import { fileList, issuedWords, refusal, refuse } from "./certificate.js";
 import { askForm } from "./dialogs.js";
-import { field, filledIn } from "./field.js";
+import { filledIn, textField } from "./field.js";
 import { working } from "./working.js";
 
 const CHANGES = ["customer", "customer_contact", "item", "item_id", "item_condition", "received", "operator"];
@@ -39,7 +39,7 @@ export function certificateList(run) {
       h("div", { class: "row" }, h("strong", {}, item.number), marks),
       h("p", { class: "soft" }, t("certificates.by", { time: localTime(item.issued_utc), name: item.by })),
       item.amends ? h("p", { class: "soft" }, t("certificates.amends", { number: item.amends, reason: item.reason })) : null,
-      h("ul", { class: "files" }, item.files.map((file) => h("li", {}, h("a", { href: file.url, target: "_blank", rel: "noopener" }, file.name)))),
+      fileList(item.files),
       h("div", { class: "row" },
         button(t("certificates.verify"), () => verify(`${address}/verify`, place)),
         item.replaced_by ? null : button(t("certificates.amend"), () => amend(item, address)),
@@ -104,8 +104,4 @@ export function certificateList(run) {
   }
 
   return { element: h("section", { class: "card" }, h("h2", {}, t("certificates.title")), list, h("div", { class: "row" }, verifyRun), status), load };
-}
-
-function textField(id, label, { type = "text", value = "", required = false } = {}) {
-  return field(label, h("input", { type, id, value, required, autocomplete: "off" }));
 }

@@ -1,8 +1,8 @@
 // Every channel of the rig: value, limits, age and a strip chart of the last minute. What is older than it
 // should be looks old and says since when. Which strips are drawn is kept per procedure.
 
-import { fill, h, setText } from "../dom.js";
-import { clock, plain, UNKNOWN } from "../format.js";
+import { button, fill, h, setText, show } from "../dom.js";
+import { clock, limitText, plain, UNKNOWN } from "../format.js";
 import { pastOf, WINDOW_MS } from "../past.js";
 import { listen, store } from "../store.js";
 import { translate, t } from "../texts.js";
@@ -45,6 +45,12 @@ export function channelList() {
   const head = ["channels.name", "channels.value", "channels.limits", "channels.age", "channels.strip"];
   const element = h("section", { class: "channels", role: "region", tabindex: "0", "aria-label": t("channels.title"), hidden: true },
     h("table", {}, h("thead", {}, h("tr", {}, head.map((key) => h("th", { scope: "col" }, t(key))))), body));
+  // Shows the channels in place of the plots that they are among.
+  const watch = button(t("channels.title"), () => {
+    show(element, element.hidden);
+    element.parentElement.classList.toggle("of-channels", !element.hidden);
+    watch.setAttribute("aria-pressed", String(!element.hidden));
+  }, { kind: "big", "aria-pressed": "false" });
   let rows = [];
   let built = "";
 
@@ -104,16 +110,12 @@ export function channelList() {
   queueMicrotask(take);
   return {
     element,
+    watch,
     leave() {
       forget();
       clearInterval(timer);
     },
   };
-}
-
-function limitText({ lower, upper }) {
-  if (Number.isFinite(lower) && Number.isFinite(upper)) return `${plain(lower)} … ${plain(upper)}`;
-  return Number.isFinite(upper) ? `≤ ${plain(upper)}` : Number.isFinite(lower) ? `≥ ${plain(lower)}` : "";
 }
 
 function strip(canvas, points) {

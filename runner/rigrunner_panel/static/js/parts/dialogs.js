@@ -1,7 +1,7 @@
 // Small questions. They are no modal dialogs: the stop button stays within reach.
 
 import { button, h } from "../dom.js";
-import { field, filledIn } from "./field.js";
+import { filledIn, textField } from "./field.js";
 import { keepScansOut } from "./scanner.js";
 import { t } from "../texts.js";
 
@@ -59,7 +59,7 @@ export function askForm(title, fields, { confirm, read, kind = "primary", check 
 
 // Asks for one text, which may be left empty where it is not required.
 async function askOne(title, label, { value = "", required = true, confirm, kind, scans }) {
-  const text = field(label, h("input", { type: "text", id: "dialog-text", value, required, autocomplete: "off" }));
+  const text = textField("dialog-text", label, { value, required });
   return askForm(title, [text.element], { confirm, kind, scans, read: text.value, check: () => !required || filledIn([text]) });
 }
 

@@ -19,6 +19,11 @@ export function field(label, control, { hint = "", kind = "" } = {}) {
   return { element, control, refuse, value: () => control.value.trim() };
 }
 
+// A field for one line of text.
+export function textField(id, label, { type = "text", value = "", required = false } = {}) {
+  return field(label, h("input", { type, id, value, required, autocomplete: "off" }));
+}
+
 // Marks what was left empty and goes to the first of them; returns whether all is filled in.
 export function filledIn(fields) {
   for (const item of fields) item.refuse(item.value() ? "" : t("field.empty"));

@@ -2,7 +2,7 @@
 // which goes on to the next field.
 
 import { personName, post } from "../client.js";
-import { h, setText } from "../dom.js";
+import { afterTyping, h, setText } from "../dom.js";
 import { shownNumber, typedNumber } from "../format.js";
 import { translate, t } from "../texts.js";
 import { refusedWords } from "./notices.js";
@@ -49,13 +49,12 @@ function field(procedure, input, value, changed) {
   const row = h("div", { class: "field" }, h("label", { for: id }, translate(input.ask)), control, note);
   let good = false;
   let requests = 0;
-  let timer = 0;
+  const lookLater = afterTyping(look, TYPING_MS);
 
   function later() {
     good = false;
     changed();
-    clearTimeout(timer);
-    timer = setTimeout(look, TYPING_MS);
+    lookLater();
   }
 
   async function look() {

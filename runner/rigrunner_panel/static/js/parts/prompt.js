@@ -29,15 +29,15 @@ export function promptCard() {
     const picture = prompt.picture ? h("img", { class: "prompt-picture", src: prompt.picture, alt: t("prompt.picture") }) : null;
     const card = h("section", { class: "prompt", role: "dialog", tabindex: "-1", "aria-labelledby": "prompt-text" },
       h("span", { class: "soft" }, [stepOf(prompt.step), store.state.job?.inputs.specimen].filter(Boolean).join(" · ")), h("p", { id: "prompt-text", class: "prompt-text" }, translate(prompt.text)), picture,
-      prompt.kind === "confirm" ? choices(prompt, prompt.choices) : prompt.choices.length ? choices(prompt, prompt.choices) : typed(prompt));
+      prompt.choices.length ? choices(prompt) : typed(prompt));
     fill(element, card);
     // not on a button: the Enter of a scanner, which is a keyboard, would answer
     (card.querySelector("input") ?? card).focus();
   }
 
-  function choices(prompt, words) {
+  function choices(prompt) {
     const label = (word) => (prompt.kind === "confirm" ? t(`prompt.${word}`) : word);
-    return h("div", { class: "prompt-buttons" }, words.map((word, i) => button(label(word), (event) => answer(word, event), { kind: i ? "huge" : "huge primary" })));
+    return h("div", { class: "prompt-buttons" }, prompt.choices.map((word, i) => button(label(word), (event) => answer(word, event), { kind: i ? "huge" : "huge primary" })));
   }
 
   // What is refused is fixed where it stands.

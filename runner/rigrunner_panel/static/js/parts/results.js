@@ -1,7 +1,7 @@
 // Results of any quantity as a table by where they hold, each with its limit.
 
 import { fill, h } from "../dom.js";
-import { plain, shownNumber, withUncertainty } from "../format.js";
+import { limitText, shownNumber, withUncertainty } from "../format.js";
 import { translate, t } from "../texts.js";
 import { SIGNS, verdictText } from "./verdict.js";
 
@@ -25,11 +25,6 @@ function table(rows) {
     h("caption", {}, [translate(text) || name, symbol, unit && unit !== "1" ? t("results.in_unit", { unit }) : ""].filter(Boolean).join(", ")),
     h("thead", {}, h("tr", {}, head.filter(Boolean).map(([key, kind]) => h("th", { scope: "col", class: kind }, t(key))), limited ? h("td", {}) : null)),
     h("tbody", {}, rows.map((row) => h("tr", {}, cells(row)))));
-}
-
-function limitText({ lower, upper }) {
-  if (Number.isFinite(lower)) return Number.isFinite(upper) ? `${plain(lower)} … ${plain(upper)}` : `≥ ${plain(lower)}`;
-  return Number.isFinite(upper) ? `≤ ${plain(upper)}` : "";
 }
 
 // The verdict counts the uncertainty too; while the run continues there is only whether the value is within.

@@ -3,18 +3,19 @@
 import { pastOf, paired, WINDOW_MS } from "../past.js";
 import { t } from "../texts.js";
 import { colour } from "../theme.js";
-import { axis, chart } from "./chart.js";
+import { axis, chart, HIDDEN, padded } from "./chart.js";
 
 const POINT_PX = 2.5;
+const MARGIN = 0.08;
 const EMPTY = [[0, 1], [null, null]];
 
 // `y` and `x` are channels; without `x` it is over time. `show()` draws the values so far.
 export function channelChart(y, x = null) {
   let pairs = [];
   const options = () => ({
-    scales: { x: { time: false, range: x ? padded : [-WINDOW_MS / 1000, 0] }, y: { range: padded } },
+    scales: { x: { time: false, range: x ? padded(MARGIN) : [-WINDOW_MS / 1000, 0] }, y: { range: padded(MARGIN) } },
     axes: [axis({ size: 26 }), axis({ size: 62, space: 16 })],
-    series: [{}, { stroke: "transparent", paths: () => null, points: { show: false } }],
+    series: [{}, HIDDEN],
     hooks: { draw: [(plot) => draw(plot, pairs, Boolean(x))] },
   });
   const words = (channel) => (channel.unit === "1" ? channel.name : `${channel.name} / ${channel.unit}`);
@@ -30,12 +31,6 @@ export function channelChart(y, x = null) {
       plot.set(sorted.length ? [sorted.map((pair) => pair[0]), sorted.map((pair) => pair[1])] : EMPTY);
     },
   };
-}
-
-function padded(plot, low, high) {
-  if (low === null || high === null) return [0, 1];
-  const margin = (high - low || Math.abs(high) || 1) * 0.08;
-  return [low - margin, high + margin];
 }
 
 // A line over time; points over another channel, because nothing is known between two readings.

@@ -3,6 +3,7 @@
 import uPlot from "../../vendor/uplot/uPlot.esm.js";
 import { h, setText } from "../dom.js";
 import { plain } from "../format.js";
+import { translate } from "../texts.js";
 import { colour, onTheme } from "../theme.js";
 
 const FONT = "14px system-ui, sans-serif";
@@ -21,6 +22,23 @@ export function axis(more = {}) {
 
 function marked(value) {
   return value === null ? "" : plain(value);
+}
+
+// A series that a hook draws: uPlot makes room for its values alone.
+export const HIDDEN = { stroke: "transparent", paths: () => null, points: { show: false } };
+
+// The range of an axis: that of the values, with a share of it as margin.
+export function padded(share) {
+  return (plot, low, high) => {
+    if (low === null || high === null) return [0, 1];
+    const margin = (high - low || Math.abs(high) || 1) * share;
+    return [low - margin, high + margin];
+  };
+}
+
+// What an axis shows: its name, with its unit.
+export function axisWords({ name, unit }) {
+  return unit && unit !== "1" ? `${translate(name)} / ${unit}` : translate(name);
 }
 
 // `options` is made again with the colours of the theme. Returns {element, set(data), leave}; `units` says what is over what.

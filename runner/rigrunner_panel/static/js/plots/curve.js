@@ -4,7 +4,7 @@ import { h, setText } from "../dom.js";
 import { fixed, plain } from "../format.js";
 import { colour } from "../theme.js";
 import { translate, t } from "../texts.js";
-import { axis, chart, legend } from "./chart.js";
+import { axis, axisWords, chart, legend } from "./chart.js";
 
 const X = "x"; // the array with the values of x; the others are series
 const UNKEPT = "-"; // the name of a recording of which only the statistics are kept
@@ -23,7 +23,7 @@ function curveChart({ title, x, y }) {
     axes: [axis({ size: 26, ...(x.unit === "°" ? { incrs: STEPS_DEG } : {}) }), axis({ size: 46 })],
     series: [{}, ...PAINTS.map((paint, i) => ({ stroke: colour(paint), width: 2 + i, points: { show: false } }))],
   });
-  const plot = chart(translate(title), t("plot.of_over", { y: words(y), x: words(x) }), options, EMPTY);
+  const plot = chart(translate(title), t("plot.of_over", { y: axisWords(y), x: axisWords(x) }), options, EMPTY);
   plot.element.append(keys);
   let shown = "";
   return {
@@ -47,10 +47,6 @@ function curveChart({ title, x, y }) {
       setText(of, isPast ? t("plot.past", { name }) : isLate ? t("plot.late", { name, seconds: plain(Math.round(ageS)) }) : name);
     },
   };
-}
-
-function words({ name, unit }) {
-  return unit && unit !== "1" ? `${translate(name)} / ${unit}` : translate(name);
 }
 
 // The chart of the latest curve, built again if its axes differ.

@@ -3,7 +3,7 @@
 import { h, show } from "../dom.js";
 import { colour } from "../theme.js";
 import { translate, t } from "../texts.js";
-import { axis, chart, legend } from "./chart.js";
+import { axis, axisWords, chart, HIDDEN, legend, padded } from "./chart.js";
 
 const CAP_PX = 4;
 const POINT_PX = 4.5;
@@ -39,14 +39,13 @@ export function resultCharts(most = 2) {
 
 function figureChart(figure) {
   let now = figure;
-  const hidden = () => ({ stroke: "transparent", paths: () => null, points: { show: false } });
   const options = () => ({
     scales: { x: { time: false, range: padded(0.08) }, y: { range: padded(0.12) } },
     axes: [axis({ size: 26, ...(figure.x.unit ? {} : { incrs: WHOLE }) }), axis({ size: 62, space: 24 })],
-    series: [{}, hidden(), hidden(), hidden()],
+    series: [{}, HIDDEN, HIDDEN, HIDDEN],
     hooks: { draw: [(plot) => draw(plot, now)] },
   });
-  const plot = chart(translate(figure.title), t("plot.of_over", { y: words(figure.y), x: words(figure.x) }), options, columns([]));
+  const plot = chart(translate(figure.title), t("plot.of_over", { y: axisWords(figure.y), x: axisWords(figure.x) }), options, columns([]));
   const limit = legend([["limit", t("plot.limit")]]);
   const keys = figure.series.map((line, i) => [`${paint(line, i)} ${line.kind === "line" ? "" : "point"} ${isLater(line, i) ? "later" : ""}`, translate(line.name) || t("plot.result_u")]);
   plot.element.append(h("div", { class: "legends" }, legend(keys), limit));
@@ -69,18 +68,6 @@ function paint({ kind }, i) {
 
 function isLater({ kind }, i) {
   return kind !== "marked" && i % COLOURS.length >= FIRST;
-}
-
-function words({ name, unit }) {
-  return unit && unit !== "1" ? `${translate(name)} / ${unit}` : translate(name);
-}
-
-function padded(share) {
-  return (plot, low, high) => {
-    if (low === null || high === null) return [0, 1];
-    const margin = (high - low || Math.abs(high) || 1) * share;
-    return [low - margin, high + margin];
-  };
 }
 
 // x, y, and the least and greatest of what is drawn at each point.
