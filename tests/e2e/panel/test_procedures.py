@@ -44,8 +44,9 @@ def test_mistake_is_shown_at_its_line_and_keys_are_completed(new_screen, panel):
     expect(page.locator(".cm-completionInfo")).not_to_be_empty()
     page.keyboard.press("Enter")
     page.keyboard.type("1 N")
+    # Not the problem of the half-typed key, which is at another line.
+    expect(page.locator(".problems")).to_contain_text("'1 N'")
     line = page.locator(".problems button").first
-    line.wait_for()
     number = re.search(r"\d+", line.text_content())[0]
     expect(page.locator(".cm-lint-marker-error")).to_have_count(1)
     page.keyboard.press("Control+Home")
