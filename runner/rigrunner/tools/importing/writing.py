@@ -128,7 +128,7 @@ class _Import:
 
     def _zero(self, index: int, step: PlannedStep, action: Zero) -> None:
         member = action.zeroed
-        zero, at = next(self._zeros[member]), ("zeros", member)
+        at, zero = next(self._zeros[member])
         scatter = None
         if isinstance(zero, Quantity):
             value = zero.si
