@@ -68,7 +68,7 @@ def test_each_limit_is_decided_in_its_unit(done):
         ("effective", "mN·m"),
     ]
     assert [str(part.verdict) for part in parts] == ["pass"] * (len(parts) - 1) + ["fail"]
-    assert done.result.decision.reason.startswith("Effective: Outside the limit ≤ 2000 mN·m")
+    assert done.result.decision.reason.startswith("effective: Outside the limit ≤ 2000 mN·m")
     document = json.loads((done.folder / "result.json").read_text(encoding="utf-8"))
     stroke = document["decision"]["parts"][-2]
     assert stroke["coordinates"] == {"tester.frequency": {"value": 35.0, "unit": "Hz"}}

@@ -26,16 +26,16 @@ def _of_result(result: Result) -> Headline:
         result.other_results[0],
     )
     estimate, place, several = named.estimate, named.place, len(result.other_results) > 1
-    label = named.of.words
+    label = named.of.title
     if deciding is not None and deciding.result is not None:
         estimate = deciding.result
         if estimate is not named.estimate:  # a mean of several
-            label, place = deciding.of, ""
+            label, place = deciding.of[:1].upper() + deciding.of[1:], ""
     shown = stated(estimate)
     where = f"At {place}. " if place else ""
     others = f" One of {len(result.other_results)} results; all are below." if several else ""
     return Headline(
-        label=label[:1].upper() + label[1:],
+        label=label,
         symbol=named.of.symbol,
         value=shown.value,
         interval=f"± {shown.expanded}",

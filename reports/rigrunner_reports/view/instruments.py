@@ -5,6 +5,7 @@ from __future__ import annotations
 from math import isinf
 from typing import TYPE_CHECKING
 
+from rigrunner.api.accuracy import described
 from rigrunner.api.instruments import TORQUE, ZEROED
 from rigrunner.api.quantity import legible, readable
 from rigrunner.api.units import si_symbol
@@ -109,15 +110,15 @@ def _accuracy(instrument: Instrument) -> Iterator[tuple[str, str]]:
     yield "Accuracy", ", ".join(parts) or ("see below" if limits else "not stated")
     for name, limit in limits.items():
         if name not in first:
-            text = f"±{limit.described}, {limit.distribution}{_source(limit)}"
+            text = f"{described(name, limit)}, {limit.distribution}{_source(limit)}"
             yield name.replace("_", " ").capitalize(), text
 
 
 def _words(name: str, limit: ErrorLimit) -> str:
     """Return a limit with its distribution and source, if these are not the usual ones."""
-    number, share, of = limit.limit.partition("%")
+    number, _, of = limit.limit.rpartition(" ")
     words = {"FS": " of full scale", "reading": "" if name == "gain" else " of reading"}
-    shown = f"{number.strip()} %{words[of.strip()]}" if share else limit.limit
+    shown = f"{number}{words[of]}" if of in words else limit.limit
     shape = "" if limit.distribution == "rectangular" else f", {limit.distribution}"
     return shown + shape + _source(limit)
 

@@ -29,6 +29,8 @@ if TYPE_CHECKING:
 
 TABLE_DIGITS = 8
 """Most significant digits in a table; result.json has all."""
+MOST_DIGITS = 12
+"""Those of a number that has no more of them."""
 _TRAILING_ZEROS = re.compile(r"(?:(\.\d*[1-9])|\.)0+(?!\d)")
 MOST_ROWS = 200
 """The most results of one name, those out of limits first; result.json has all."""
@@ -163,7 +165,9 @@ def table_view(table: Table) -> TableView:
 def _cell(value: float | str) -> str:
     if isinstance(value, str):
         return value
-    return _TRAILING_ZEROS.sub(r"\1", significant(value, TABLE_DIGITS))
+    # A rounded number stays as it is, such as 10000001.24 Hz with u = 0.35 Hz.
+    digits = MOST_DIGITS if float(f"{value:.{MOST_DIGITS - 1}e}") == value else TABLE_DIGITS
+    return _TRAILING_ZEROS.sub(r"\1", significant(value, digits))
 
 
 def _row(

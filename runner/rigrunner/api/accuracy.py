@@ -135,6 +135,11 @@ class TemperatureLimit(ErrorLimit):
         return HalfWidth(times * of_reading, times * absolute)
 
 
+def described(name: str, limit: ErrorLimit) -> str:
+    """Return the limit of an error as text; a resolution is a step, and has no sign."""
+    return limit.described if name == "resolution" else f"±{limit.described}"
+
+
 class _TextOrMapping:
     """JSON Schema for an error or an accuracy, which is a text or a mapping."""
 
@@ -160,9 +165,10 @@ def _share_of(base: str, value: object) -> object:
     quantity = parse_quantity(limit)
     if quantity.dimension != "ratio":
         return entry
-    # As written, where it is in %: 100 times the SI value can differ in the last digit.
-    percent = quantity.number if quantity.unit.symbol == "%" else 100 * quantity.si
-    return {**entry, "limit": f"{percent!r} % {base}"}  # type: ignore[dict-item]  # a dict
+    # As written, where possible: 100 times the SI value can differ in the last digit.
+    symbol, number = quantity.unit.symbol, quantity.number
+    share = f"{number!r} {symbol}" if symbol in _PARTS else f"{100 * quantity.si!r} %"
+    return {**entry, "limit": f"{share} {base}"}  # type: ignore[dict-item]  # a dict
 
 
 def _in_one_figure(value: object) -> object:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from math import nan, sqrt
 from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
 
@@ -266,15 +266,22 @@ class RunData:
     def zero_error(self, channel: str, zero: float) -> ReadingError | None:
         """Return the error of all values of a channel that a zero reading was subtracted from.
 
-        It is one error of all of them, in the SI unit. None for a zero whose scatter is not known.
+        It is one error of all of them, in the SI unit. Where the samples of the zero did not
+        scatter, it is the resolution. None for a zero whose scatter is not known.
         """
         scatters = self.zero_scatter.get(channel_of(channel), {})
         scatter = scatters.get(zero)
         if scatter is None:
             return None
-        number = f" {scatter.number}" if len(scatters) > 1 else ""
-        name = f"scatter of zero{number} of {channel_of(channel)}"
-        return ReadingError(name, "offset", scatter.u, scatter.dof, "t")
+        of_zero = f"of zero{f' {scatter.number}' if len(scatters) > 1 else ''} of"
+        if scatter.u:
+            name = f"scatter {of_zero} {channel_of(channel)}"
+            return ReadingError(name, "offset", scatter.u, scatter.dof, "t")
+        name = f"resolution of {channel_of(channel)}"
+        resolution = (error for error in self.reading_errors(channel, zero) if error.name == name)
+        for error in resolution:
+            return replace(error, name=name.replace("of", of_zero, 1), acts="offset")
+        return None
 
     def readings(self, channel: str, values: Array, zero: float) -> Array:
         """Return values of a channel minus a zero reading, in the SI unit, shape (n,).
@@ -282,7 +289,9 @@ class RunData:
         Corrected by the table of the certificate if the register says so.
         """
         instrument = self.instruments.get(channel)
-        return values - zero if instrument is None else instrument.corrected(values, zero)
+        if instrument is None:
+            return values - zero
+        return instrument.corrected(values, zero if channel in self.zeros else None)
 
     def zero(self, recording: str, channel: str) -> float:
         """Return the zero reading of a channel for a recording; 0 without one.

@@ -43,6 +43,11 @@ class ResultDefinition:
         """The description of the measurand, or its name."""
         return self.text or self.name
 
+    @property
+    def title(self) -> str:
+        """The description with a capital letter, or the name as it is: 'V' may be another one."""
+        return f"{self.text[:1].upper()}{self.text[1:]}" or self.name
+
 
 @dataclass(frozen=True, kw_only=True)
 class ResultPlace:

@@ -351,22 +351,21 @@ class Instrument(Settings):
             return cubic(self._point_deviations)
         return linear(self._point_deviations, through_zero=self.quantity in ZEROED)
 
-    def corrected(self, values: NDArray[float64], zero: float = 0.0) -> NDArray[float64]:
+    def corrected(self, values: NDArray[float64], zero: float | None = None) -> NDArray[float64]:
         """Return indicated values minus zero reading and deviations, shape (n,), in SI.
 
         Deviations are interpolated linearly, and constant beyond the last. Without `interpolation`
-        only the zero reading is subtracted.
+        only the zero reading is subtracted; `zero` is None if there is none.
         """
         if self.interpolation is None:
-            return values - zero
+            return values - (zero or 0.0)
         import numpy as np  # noqa: PLC0415  (a register is read without it)
 
         indicated, deviations = zip(*self.deviations, strict=True)
         if self.quantity in ZEROED:
-            less_zero = values - zero
+            less_zero = values - (zero or 0.0)
             return np.asarray(less_zero - np.interp(less_zero, indicated, deviations))
-        # Exactly 0 means that no zero was read: the deviation at 0 is not taken off then.
-        true_zero = zero - np.interp(zero, indicated, deviations) if zero else 0.0
+        true_zero = 0.0 if zero is None else zero - np.interp(zero, indicated, deviations)
         return np.asarray(values - np.interp(values, indicated, deviations) - true_zero)
 
     @property

@@ -103,6 +103,8 @@ class Capability:
     standard_deviation: float
     confidence: float
     indices: tuple[Index, ...]
+    mean_interval: tuple[float, float]
+    deviation_interval: tuple[float, float]
 
 
 @dataclass(frozen=True)

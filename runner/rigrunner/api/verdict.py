@@ -298,7 +298,9 @@ class Decision:
 
     def _reason(self, part: LimitDecision) -> str:
         if (words := self.words(part)) != part.of or part.uncompensated is None:
-            return f"{words[:1].upper()}{words[1:]}: {part.reason}"
+            # Not of a name: 'V' may be another result than 'v'.
+            start = words[:1] if words.startswith(part.named) else words[:1].upper()
+            return f"{start}{words[1:]}: {part.reason}"
         if len(self.parts) == 1 and part.of == MEAN:
             return part.reason
         where = "The mean" if part.of == MEAN else f"At {part.of}"

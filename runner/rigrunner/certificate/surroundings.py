@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from rigrunner.api.accuracy import described
 from rigrunner.api.certificate import Condition, InstrumentEntry
 from rigrunner.api.member import Member, channel_of
 from rigrunner.api.units import si_symbol
@@ -77,7 +78,8 @@ def _entry(instrument: Instrument, day: str) -> InstrumentEntry:
     error_limits = instrument.accuracy_.limits if instrument.accuracy_ is not None else {}
     uncertainty = dict(_limit(instrument, name, limit) for name, limit in error_limits.items())
     if instrument.points:
-        uncertainty["points"] = "; ".join(
+        key = "corrected_by_points" if instrument.interpolation else "points"
+        uncertainty[key] = "; ".join(
             f"{p.applied}: {p.indicated}, U = {p.U} (k = {p.k:.6g})" for p in instrument.points
         )
     conditions = {}
@@ -132,4 +134,4 @@ def _limit(instrument: Instrument, name: str, limit: ErrorLimit) -> tuple[str, s
             return name, f"±{absolute:.6g} {si}"
     if name == "overall":
         return "accuracy", limit.limit
-    return f"limit_{name}", f"±{limit.described}"
+    return f"limit_{name}", described(name, limit)

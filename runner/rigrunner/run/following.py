@@ -151,8 +151,9 @@ class Following:
 
     def _take(self, event: Samples, started: StepStarted) -> None:
         # As analyses take them: minus zero, and corrected.
+        run = replace(self._run, zeros=dict(self._zeros))  # a later zero is for later recordings
         channels = {
-            name: self._run.readings(name, np.asarray(values, float), self._zeros.get(name, 0.0))
+            name: run.readings(name, np.asarray(values, float), self._zeros.get(name, 0.0))
             for name, values in event.block.channels.items()
         }
         block = replace(event.block, channels=channels)
@@ -170,8 +171,7 @@ class Following:
         for name, fold in list(self._folds):
             try:
                 if begins:
-                    # A copy: a later zero belongs to later recordings.
-                    fold.begin(recording, replace(self._run, zeros=dict(self._zeros)))
+                    fold.begin(recording, run)
                 curves = fold.take(block)
             except Exception as error:  # noqa: BLE001  (a plugin may raise anything)
                 self._drop(name, fold, error)

@@ -42,11 +42,9 @@ def mean_error(values: Array) -> tuple[float, float]:
     return sqrt(variance / number), number - 1
 
 
-def scatter_of_mean(values: Array) -> tuple[float, float] | None:
-    """Return what `mean_error` does; None for fewer than two values, and for equal ones."""
-    if len(values) < 2 or not np.ptp(values):  # noqa: PLR2004  (of one there is no scatter)
-        return None
-    return mean_error(values - values[0])
+def scatter_of_mean(values: Array) -> tuple[float, float]:
+    """Return what `mean_error` does; an uncertainty of 0 for a single value, and for equal ones."""
+    return mean_error(values - values[0]) if np.ptp(values) else (0.0, len(values) - 1.0)
 
 
 def effective_number(values: Array) -> float:

@@ -54,8 +54,7 @@ def over_coordinate(limited_results: Sequence[Limited]) -> tuple[Figure, ...]:
         for name, points in groups.items()
     )
     symbol, unit = first.of.symbol or first.name, first.of.unit
-    title = f"{first.of.words[:1].upper()}{first.of.words[1:]}"
-    values = Figure(title, Axis(axis, x_unit), Axis(symbol, unit), series)
+    values = Figure(first.of.title, Axis(axis, x_unit), Axis(symbol, unit), series)
     within = _within_limits(values, symbol, unit)
     return (values,) if within is None else (values, within)
 

@@ -76,9 +76,7 @@ class Zero(Action):
                 hint="is the rig at rest and unloaded? if so, adjust the instrument's zero",
             )
         scatter = scatter_of_mean(np.concatenate(samples))
-        return StepResult(
-            {name: mean}, {name: self.unit}, scatter={name: scatter} if scatter else {}
-        )
+        return StepResult({name: mean}, {name: self.unit}, scatter={name: scatter})
 
 
 def plan(zero: ZeroStep, planning: Planning) -> None:

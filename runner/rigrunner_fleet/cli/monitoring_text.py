@@ -140,13 +140,15 @@ def _limits(study: CapabilityStudy | CapabilitySeries, unit: str) -> list[str]:
 def _capability(series: CapabilitySeries, unit: str) -> Iterator[str]:
     capability = series.capability
     deviation = capability.standard_deviation
+    low, high = (number(end, deviation) for end in capability.mean_interval)
+    least, most = capability.deviation_interval
     yield series.name
     yield pairs(
         [
             ("  runs", str(capability.count)),
             ("  limits", ", ".join(_limits(series, unit))),
-            ("  mean", number(capability.mean, deviation)),
-            ("  deviation", f"{deviation:.3g}"),
+            ("  mean", f"{number(capability.mean, deviation)}, from {low} to {high}"),
+            ("  deviation", f"{deviation:.3g}, from {least:.3g} to {most:.3g}"),
             ("  confidence", f"{100 * capability.confidence:g} %"),
             *(
                 (f"  {index.name}", f"{index.value:.2f}, from {index.low:.2f} to {index.high:.2f}")

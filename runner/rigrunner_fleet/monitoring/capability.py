@@ -11,6 +11,7 @@ from rigrunner.api.studies import CapabilitySeries, CapabilityStudy
 from rigrunner_fleet.monitoring.observing import study_groups
 from rigrunner_fleet.trends.capability import capability
 from rigrunner_fleet.trends.charting import Baseline, Charting, control_chart
+from rigrunner_fleet.trends.charts import FEWEST
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -80,6 +81,9 @@ def _limits(group: Group, lower: float | None, upper: float | None) -> Bounds:
 
 
 def _warnings(observed: Sequence[Observed]) -> list[str]:
+    if len(observed) < FEWEST:
+        what = "whether the process is in control and normal"
+        return [f"{len(observed)} values do not show {what}, {FEWEST} would: preliminary indices"]
     warnings = []
     values = [observation.value for observation in observed]
     chart = control_chart("", observed, Charting(baseline=Baseline(len(values))))

@@ -18,10 +18,8 @@ from rigrunner.api.studies import Capability, Index
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-_BRACKET = 6.0
-"""Standard deviations of t within which its non-centrality is searched."""
-_FAR = 3000.0
-"""From here on t scatters only by the standard deviation, and SciPy's cdf becomes NaN."""
+_FAR = 300.0
+"""From here on t scatters only by the standard deviation, to 2e-4, and SciPy is less accurate."""
 
 
 def capability(
@@ -34,7 +32,7 @@ def capability(
     """Return the indices of values, shape (n,), against one limit or two, in the same unit.
 
     The standard deviation is that of all values. Raises DataError without a limit, for limits
-    that are not in order, for fewer than ten values, and for values that are all equal.
+    that are not in order, for a single value, and for values that are all equal.
     """
     x = np.asarray(values, dtype=np.float64)
     _check(x.size, lower, upper)
@@ -51,7 +49,17 @@ def capability(
         ratio = (upper - lower) / (6.0 * deviation)
         least = min(index.value for index in sides)
         overall = [two_sided(ratio, x.size, confidence), smaller(least, x.size, confidence)]
-    return Capability(x.size, mean, deviation, confidence, (*overall, *sides))
+    half = float(special.stdtrit(x.size - 1, 0.5 + confidence / 2.0)) * deviation / sqrt(x.size)
+    of_one = two_sided(1.0, x.size, confidence)
+    return Capability(
+        count=x.size,
+        mean=mean,
+        standard_deviation=deviation,
+        confidence=confidence,
+        indices=(*overall, *sides),
+        mean_interval=(mean - half, mean + half),  # JCGM 100:2008, 4.2.3 and G.3.2
+        deviation_interval=(deviation / of_one.high, deviation / of_one.low),
+    )
 
 
 def two_sided(cp: float, count: int, confidence: float) -> Index:
@@ -81,19 +89,8 @@ def one_sided(name: str, value: float, count: int, confidence: float) -> Index:
         far = two_sided(value, count, confidence)
         return Index(name, value, min(far.low, far.high), max(far.low, far.high))
     # The less probable a t as small as this one, the greater is the non-centrality.
-    low, high = (_non_centrality(t, count - 1, p) for p in (1.0 - tail, tail))
+    low, high = (float(special.nctdtrinc(count - 1, p, t)) for p in (1.0 - tail, tail))
     return Index(name, value, low / (3.0 * sqrt(count)), high / (3.0 * sqrt(count)))
-
-
-def _non_centrality(t: float, dof: int, probability: float) -> float:
-    """Return the non-centrality at which t is reached with that probability."""
-    from scipy import optimize, stats  # noqa: PLC0415  (heavy, and needed here alone)
-
-    def difference(delta: float) -> float:
-        return float(stats.nct.cdf(t, dof, delta)) - probability
-
-    reach = _BRACKET * sqrt(1.0 + t**2 / (2.0 * dof))  # farther out, SciPy's cdf ends in NaN
-    return float(optimize.brentq(difference, t - reach, t + reach, xtol=1e-10))
 
 
 def _check(count: int, lower: float | None, upper: float | None) -> None:
@@ -101,5 +98,5 @@ def _check(count: int, lower: float | None, upper: float | None) -> None:
         raise DataError("a capability needs a limit", hint="give an upper or a lower one, or both")
     if lower is not None and upper is not None and not lower < upper:
         raise DataError(f"the lower limit, {lower:g}, is not below the upper one, {upper:g}")
-    if count < 10:  # noqa: PLR2004  (below, the interval spans more than a factor of two)
-        raise DataError(f"{count} values are too few for a capability", hint="give at least 10")
+    if count < 2:  # noqa: PLR2004  (a single value has no standard deviation)
+        raise DataError(f"{count} value is too few for a capability", hint="give at least 2")

@@ -225,8 +225,8 @@ def test_result_without_analysis_details_is_compared_with_its_limit():
     assert decide(accept(limit(mean=False)), results).verdict is Verdict.PASS
     total = {"nature": "total", "condition": "from_rest"}
     for measurand, words in (
-        (total, "Torque: The limit is for the total torque from rest, and the result is"),
-        (None, "Torque: 'torque' is the load-induced torque at the reversals of a swing, and the"),
+        (total, "torque: The limit is for the total torque from rest, and the result is"),
+        (None, "torque: 'torque' is the load-induced torque at the reversals of a swing, and the"),
     ):
         decision = decide(accept(limit(mean=False, measurand=measurand)), results)
         assert decision.verdict is Verdict.INCONCLUSIVE

@@ -222,6 +222,9 @@ def test_zero_reading_is_corrected_as_well():
     linear = Instrument.model_validate(entry | {"interpolation": "linear"})
     # 5.2 V indicated is 5 V, and a zero reading of 0.1 V is 0 V
     assert linear.corrected(np.array([5.2, 10.3]), 0.1) == pytest.approx([5.0, 10.0])
+    # a zero reading of 0 V is -0.1 V, and 5 V is 5.1 V above it
+    assert linear.corrected(np.array([0.0, 5.2]), 0.0) == pytest.approx([0.0, 5.1], abs=1e-9)
+    assert linear.corrected(np.array([5.2])) == pytest.approx([5.0])
     assert Instrument.model_validate(entry).corrected(np.array([5.2]), 0.1) == pytest.approx(5.1)
 
 

@@ -26,3 +26,31 @@ def test_calibration_that_expired_during_the_run_is_overdue(due, overdue):
     (certified,) = instruments_of(run)
 
     assert certified.overdue is overdue
+
+
+def entry_of(**keys):
+    meter = {"channel": "meter.voltage", "measures": "voltage", "serial": "M-1", **keys}
+    (entry,) = instruments_of(run_of(instruments=[Instrument.model_validate(meter)]))
+    return entry.uncertainty
+
+
+def test_resolution_is_a_step_without_sign_and_small_gain_is_as_written():
+    accuracy = {"gain": "0.1 ppm", "resolution": "0.01 V"}
+
+    assert entry_of(accuracy=accuracy) == {
+        "limit_gain": "±0.1 ppm reading",
+        "limit_resolution": "0.01 V",
+    }
+
+
+@pytest.mark.parametrize(
+    ("keys", "name"), [({}, "points"), ({"interpolation": "linear"}, "corrected_by_points")]
+)
+def test_certificate_states_whether_points_correct_the_readings(keys, name):
+    points = [
+        {"applied": "1 V", "indicated": "1.01 V", "U": "1 mV"},
+        {"applied": "2 V", "indicated": "2.02 V", "U": "1 mV"},
+    ]
+
+    stated = {name: "1 V: 1.01 V, U = 1 mV (k = 2); 2 V: 2.02 V, U = 1 mV (k = 2)"}
+    assert entry_of(points=points, **keys) == stated

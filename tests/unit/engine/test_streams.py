@@ -195,7 +195,8 @@ def test_zero_of_equal_samples_has_no_scatter():
     action = Zero("tester", "torque", "N·m", within=0.05, duration_s=0.1)
     summary, listener = outcome_of(with_noise(np.full(100, 0.01)), action)
     assert summary.outcome is Outcome.COMPLETED
-    assert [event.scatter for event in listener.of(StepEnded)] == [{}] * 1
+    (ended,) = listener.of(StepEnded)
+    assert ended.scatter == {"tester.torque": (0.0, 99.0)}  # then its resolution counts
 
 
 def test_zero_needs_samples():

@@ -9,6 +9,7 @@ import pytest
 
 from rigrunner.analysis.verdict.limited_values import mean_of
 from rigrunner.api.data import ZeroScatter
+from rigrunner.api.instruments import Instrument
 from unit.rigrunner_plugins.equation import helpers_equation
 from unit.rigrunner_plugins.test_curve import EXACT, results_of, rows, run_of
 from unit.rigrunner_plugins.test_readings_of_two_runs import budget, compare, meter, voltages
@@ -42,6 +43,36 @@ def test_scatter_of_zero_counts_once_in_a_mean():
     assert (line.u, line.dof, line.common) == (pytest.approx(U), DOF, True)
     u_readings = hypot(0.1, 0.03 / sqrt(3))  # two readings, and the meter's 30 mV
     assert estimate.u == pytest.approx(hypot(u_readings, U), rel=1e-6)
+
+
+@pytest.mark.parametrize("zero", [0.0, 1e-9])
+def test_reading_equal_to_its_zero_is_zero_after_the_correction(zero):
+    """Also of exactly 0, such as that of an import whose program had subtracted it."""
+    points = [{"applied": f"{i} V", "indicated": f"{i}.3 V", "U": "1 mV"} for i in (0, 10)]
+    entry = {"channel": CHANNEL, "measures": "voltage", "serial": "1", "points": points}
+    instrument = Instrument.model_validate({**entry, "interpolation": "linear"})
+    run = with_zeros(voltages(zero, zero, instrument=instrument), [zero] * 2)
+    assert budget(readings(run))[0].value == pytest.approx(0.0, abs=1e-12)
+
+
+@pytest.mark.parametrize("made_by", ["readings", "equation"])
+def test_zero_without_scatter_has_the_resolution_of_the_instrument(made_by):
+    """A display of 0.1 V is read twice: at rest, and at the value (EURAMET cg-18, 7.1.1)."""
+    run = with_zeros(voltages(5.1, 5.1, instrument=meter(resolution="0.1 V")), [0.2] * 2, u=0.0)
+    if made_by == "readings":
+        estimate, lines = budget(readings(run))
+    else:
+        settings = {"result": {"name": "y", "unit": "V"}, "model": "y = U",
+                    "inputs": {"U": CHANNEL}}  # fmt: skip
+        estimate, lines = budget(helpers_equation.findings(settings, run))
+    line = lines["resolution of zero of meter.voltage"]
+    assert (line.u, line.distribution) == (pytest.approx(0.1 / sqrt(12)), "rectangular")
+    assert estimate.u == pytest.approx(sqrt(2) * 0.1 / sqrt(12))
+
+
+def test_zero_without_scatter_and_resolution_has_no_error():
+    run = with_zeros(voltages(5.1, 5.1), [0.2] * 2, u=0.0)
+    assert list(budget(readings(run))[1]) == ["scatter of the readings", "reading of meter.voltage"]
 
 
 def test_scatter_of_zero_is_one_error_of_all_places():

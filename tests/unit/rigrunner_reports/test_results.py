@@ -7,8 +7,9 @@ from types import SimpleNamespace
 import pytest
 
 from rigrunner.api import Component, Estimate, MeasurementResult, ResultDefinition
+from rigrunner.api.findings import Table
 from rigrunner_reports.numbers import MINUS, TIMES
-from rigrunner_reports.view.results import result_views
+from rigrunner_reports.view.results import result_views, table_view
 
 
 def budget_of(unit, *lines):
@@ -45,3 +46,17 @@ def budget_of(unit, *lines):
 )
 def test_budget_input_has_unit_of_the_result_or_a_readable_one(unit, line, shown):
     assert budget_of(unit, line) == [shown]
+
+
+@pytest.mark.parametrize(
+    ("number", "shown"),
+    [
+        (10000001.24, "1.000000124 x 10⁷"),  # rounded by its u of 0.353 Hz
+        (1 / 30, "0.033333333"),
+        (0.1 + 0.2, "0.3"),
+        (50000.000838, "50000.000838"),
+    ],
+)
+def test_rounded_number_of_a_table_keeps_its_digits(number, shown):
+    view = table_view(Table(of="y", title="", columns=("",), rows=((number,),)))
+    assert view.rows[0][0].replace(TIMES, "x") == shown

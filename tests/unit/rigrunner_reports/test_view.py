@@ -91,6 +91,16 @@ def test_accuracy_limits_are_shown_in_their_units(result):
     assert row["Zero taken off"] == "+0.0123 N·m"
 
 
+def test_resolution_is_a_step_without_sign_and_small_gain_is_as_written(result):
+    accuracy = {"gain": "0.1 ppm", "resolution": "0.01 V", "hysteresis": "0.02 V"}
+    meter = {"channel": "m.v", "measures": "voltage", "serial": "1", "accuracy": accuracy}
+    run = replace(result.run, instruments={"m.v": Instrument.model_validate(meter)})
+    (row,) = map(dict, instruments(run))
+    assert row["Accuracy"] == "gain ±0.1 ppm"
+    assert row["Resolution"] == "0.01 V, rectangular"
+    assert row["Hysteresis"] == "±0.02 V, rectangular"
+
+
 def test_zeroed_force_is_in_newtons(result):
     cell = Instrument.model_validate({"channel": "press.force", "measures": "force", "serial": "1"})
     run = replace(result.run, instruments={"press.force": cell}, zeros={"press.force": -0.25})

@@ -2,7 +2,7 @@ from __future__ import annotations
 
 import hashlib
 import json
-from dataclasses import fields
+from dataclasses import fields, replace
 from typing import TYPE_CHECKING
 
 import h5py
@@ -385,6 +385,27 @@ def test_scatter_of_zeros_is_read_back(tmp_path):
     expected = {0.02: ZeroScatter(1e-3, 9.0, 1), 0.03: ZeroScatter(2e-3, 99.0, 2)}
     for run in (loose, read(tmp_path / "run")):
         assert zero_scatter(run.outline) == {"tester.torque": expected}
+
+
+def test_equal_zeros_have_each_their_scatter(tmp_path):
+    """As of a quantised reading at rest: 0.02, again 0.02, and 0.03 are three errors."""
+    zeros = [(0.02, 1e-3), (0.02, 2e-3), (0.03, 3e-3)]
+    originals = [replace(TWO[0], name=f"00{i + 1}_5Hz") for i in range(3)]
+    with RunWriter(tmp_path / "run", header_of()) as writer:
+        emit = emitter_of(writer)
+        for index, ((zero, u), original) in enumerate(zip(zeros, originals, strict=True)):
+            emit_zero(emit, zero, scatter={"tester.torque": (u, 9.0)})
+            start_recording(emit, original, index)
+            send_samples(emit, original, 1000)
+            end_recording(emit, original, index)
+        writer.seal()
+    run = read(tmp_path / "run")
+    scatters = zero_scatter(run.outline)["tester.torque"]
+    in_force = [run.recording_zeros[original.name]["tester.torque"] for original in originals]
+    assert in_force == pytest.approx([0.02, 0.02, 0.03], rel=1e-15)
+    assert [scatters[zero] for zero in in_force] == [
+        ZeroScatter(u, 9.0, i + 1) for i, (_, u) in enumerate(zeros)
+    ]
 
 
 def test_torn_journal_is_continued_after_its_last_record(tmp_path):

@@ -65,3 +65,8 @@ def test_labels_separate_series_but_make_no_figure_alone():
 def test_an_unknown_uncertainty_has_no_bar():
     (figure,) = over_coordinate([(at(t, 1.0, nan), None, False) for t in (0.0, 1.0)])
     assert [point.U for point in figure.series[0].points] == [None, None]
+
+
+def test_title_has_a_capital_but_a_name_stays_as_it_is():
+    assert OHM.title == "Resistance"
+    assert ResultDefinition(name="v", unit="V").title == "v"

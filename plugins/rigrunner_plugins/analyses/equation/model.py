@@ -160,7 +160,8 @@ def _enter_instruments(
                 inputs.unsure[error_name] = error_name, False
         for error, mask in group.zero_errors(run, channel.of):
             symbol = unit_of_errors(group.units[channel.of])
-            zeros[error.name] = Input(error.name, 0.0, error.u, error.dof, Distribution.T, symbol,
+            zeros[error.name] = Input(error.name, 0.0, error.u, error.dof,
+                                      Distribution(error.distribution), symbol,
                                       common=True)  # fmt: skip
             effects.append(Effect(error.name, slope=float(mask.mean())))
         inputs.effects[name] = tuple(effects)

@@ -119,6 +119,7 @@ def _input_table(
     rows: list[tuple[float | str, ...]] = []
     for input_ in first.model.inputs:
         value, symbol = _on_its_scale(settings, input_.name, input_.value, input_.unit)
+        value = round(value, places(input_.u, 3)) if input_.u > 0 else value
         dof: float | str = input_.dof if np.isfinite(input_.dof) else "∞"
         rows.append(
             (input_.name, value, float(f"{input_.u:.3g}"), dof, str(input_.distribution), symbol)

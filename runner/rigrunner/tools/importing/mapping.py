@@ -212,20 +212,21 @@ class ImportMapping(Settings):
     recordings: Annotated[ListOf[RecordingEntry], Field(min_length=1)]
     """Each recording of the procedure, in the order in which they were made."""
 
-    def zeros_of(self, member: Member) -> tuple[Quantity | Part, ...]:
-        """Return the readings of a channel at rest, one for each zero of the procedure."""
-        zeros = self.zeros[member]
-        return zeros if isinstance(zeros, tuple) else (zeros,)
+    def zeros_of(self, member: Member) -> tuple[tuple[DocumentPath, Quantity | Part], ...]:
+        """Return the readings of a channel at rest with their places, one for each zero."""
+        zeros, place = self.zeros[member], ("zeros", member)
+        if not isinstance(zeros, tuple):
+            return ((place, zeros),)
+        return tuple(((*place, index), zero) for index, zero in enumerate(zeros))
 
     def parts(self) -> Iterator[tuple[DocumentPath, Part]]:
         """Yield each recording, also those at rest, with its place in the mapping."""
         for index, entry in enumerate(self.recordings):
             yield ("recordings", index), entry
-        for member, specs in self.zeros.items():
-            for index, zero in enumerate(self.zeros_of(member)):
+        for member in self.zeros:
+            for place, zero in self.zeros_of(member):
                 if isinstance(zero, Part):
-                    place: DocumentPath = ("zeros", member)
-                    yield (*place, index) if isinstance(specs, tuple) else place, zero
+                    yield place, zero
 
     @model_validator(mode="after")
     def _check_times(self) -> Self:

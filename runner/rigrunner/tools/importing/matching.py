@@ -116,11 +116,11 @@ class _Matcher:
                 )
                 continue
             needed = steps[zeroed.index(member)].unit
-            for zero in self._mapping.zeros_of(member):
+            for at, zero in self._mapping.zeros_of(member):
                 if isinstance(zero, Quantity):
-                    self._check_unit(("zeros", member), zero.unit.symbol, needed, member)
+                    self._check_unit(at, zero.unit.symbol, needed, member)
                 elif member not in self._mapping.channels:
-                    self._complain(("zeros", member), f"no column of '{member}' is given")
+                    self._complain(at, f"no column of '{member}' is given")
         for member in dict.fromkeys(zeroed):
             if member not in self._mapping.zeros:
                 self._complain(

@@ -128,10 +128,9 @@ class _Import:
 
     def _zero(self, index: int, step: PlannedStep, action: Zero) -> None:
         member = action.zeroed
-        zero, at = next(self._zeros[member]), ("zeros", member)
-        scatter = None
+        at, zero = next(self._zeros[member])
         if isinstance(zero, Quantity):
-            value = zero.si
+            value, scatter = zero.si, (0.0, 0.0)
         else:  # a recording at rest
             column = MappedColumn(self._mapping.channels[member], ("channels", member))
             checked = self._checked
@@ -144,8 +143,7 @@ class _Import:
                 f" more than the {action.within:g} {action.unit} that the procedure allows"
             )
             raise fault(self._checked.mapping, at, message)
-        scatters: dict[str, tuple[float, float]] = {member: scatter} if scatter else {}
-        result = StepResult({member: value}, {member: action.unit}, scatter=scatters)
+        result = StepResult({member: value}, {member: action.unit}, scatter={member: scatter})
         self._step(index, step, (self._latest, self._latest), result)
 
     def _next_values(self) -> dict[str, float]:

@@ -148,6 +148,17 @@ def test_fully_correlated_rectangles_are_one_rectangle(model, limits, r):
     assert (high - low) / 2 == pytest.approx(width, rel=0.012)
 
 
+def test_estimate_of_an_input_has_the_digits_of_its_u():
+    """GUM 7.2.6, with one digit more: 10000001.2433 Hz with u = 0.353 Hz."""
+    hertz = np.array([10000001.23, 10000001.31, 10000001.19])
+    settings = settings_of("R = f / f_0", "1", {"f": {"of": "meter.frequency", "instrument": "no"}},
+                           constants={"f_0": "10 MHz"})  # fmt: skip
+    findings_ = findings(settings, run_of({"meter.frequency": hertz}, {"meter.frequency": "Hz"}))
+
+    (table,) = (table for table in findings_.tables if table.title == "Inputs of the model")
+    assert table.rows[0][:3] == ("f", 10000001.2433, 0.0353)
+
+
 @pytest.mark.parametrize(
     ("r", "u"), [(1.0, 0.03), (-1.0, 0.01), (0.5, sqrt(0.0007)), (0.0, sqrt(0.0005))]
 )

@@ -227,6 +227,8 @@ WRONG = {
     "zeros: {tester.torque -> zeros: {tester.angle": "does not zero this channel",
     "10 mN·m} -> 10 N}": "'N' is a unit of force, but tester.torque needs one of torque",
     "10 mN·m} -> 60 mN·m}": "map.yaml:13:24: error: zeros.tester.torque: tester.torque read 0.06",
+    "10 mN·m} -> [60 mN·m]}": "map.yaml:13:25: error: zeros.tester.torque[0]: tester.torque read",
+    "10 mN·m} -> [10 mN]}": "map.yaml:13:25: error: zeros.tester.torque[0]: 'mN' is a unit of",
     "10 mN·m} -> {file: rest.csv}}": "map.yaml:13:31: error: zeros.tester.torque.file: there is no",
     "10 mN·m} -> [{file: rest.csv}]}": "map.yaml:13:32: error: zeros.tester.torque[0].file: there",
     "{tester.load: 1 kN} -> {}": "the set-point is missing of: tester.load",
