@@ -15,7 +15,7 @@ from rigrunner.engine.pausing import Reasoned
 from rigrunner.run.partners import later_partners
 from rigrunner.run.report import write_report
 from rigrunner.run.stored import analyse_stored, verdict_code, with_partners
-from rigrunner.runfile.durable import write_whole
+from rigrunner.runfile.durable import reading, write_whole
 from rigrunner.runfile.folder import RunFolder
 
 if TYPE_CHECKING:
@@ -104,8 +104,10 @@ def finish(
         with collecting(errors):
             plots = (details.plot() for details in result.details) if result else ()
             writer.seal(content, next(filter(None, plots), None), partners)
-    # Checked, since a Ctrl-C is raised only after the file has its name.
-    sealed = RunFolder(folder).sealed_file.exists()
+    sealed = False
+    with collecting(errors), reading(folder):
+        # Checked, since a Ctrl-C is raised only after the file has its name.
+        sealed = RunFolder(folder).sealed_file.exists()
     if content is not None and sealed:
         with collecting(errors):
             _write_result(folder, content)
