@@ -303,8 +303,8 @@ def _claim_and_start(rig: Rig, entry: Entry, by: str, body: StartRun) -> None:
         claim.enter_context(rig.queue.started(entry.id, by))
         try:
             start_job(rig, "run", body, by, body.inputs, entry=entry.id)
-        except PanelError as error:
-            rig.queue.give_back(entry.id, error.view.message)
+        except Exception as error:
+            rig.queue.give_back(entry.id, str(error))
             refresh(rig)
             raise
         sequence.entry, sequence.entry_lock = entry.id, claim.pop_all()
@@ -320,9 +320,12 @@ def _finish_entry(rig: Rig) -> None:
         return
     finished = rig.board.get("finished")
     reason = finished.reason if finished is not None else ""
-    rig.queue.give_back(sequence.entry, reason or "the run did not start")
-    sequence.entry_lock.close()
-    sequence.entry = None
+    entry, sequence.entry = sequence.entry, None
+    try:
+        with sequence.entry_lock:
+            rig.queue.give_back(entry, reason or "the run did not start")
+    except RigrunnerError as error:  # such as a file that was moved away or damaged meanwhile
+        _give_up(rig, error)
     refresh(rig)
 
 
