@@ -120,8 +120,10 @@ class RunWriter:
                     pass  # not to be kept
                 case _:
                     self._append(event)
+        # Raised by the other sink: this one has to store what follows.
+        except DataError as error:
+            self._failure = error
         except OSError as error:  # of a journal, which takes back what it could not write whole
-            # Raised by the other sink: this one has to store what follows.
             self._failure = cannot_write(self.folder, error)
             self._failure.__cause__ = error
 

@@ -252,6 +252,16 @@ def test_recording_without_a_sample_is_refused(tmp_path):
             end_recording(emit, TWO[0])
 
 
+def test_run_with_a_recording_without_a_sample_records_its_end(tmp_path):
+    with RunWriter(tmp_path / "run", header_of()) as writer:
+        emit = emitter_of(*writer.sinks)
+        start_recording(emit, TWO[0])
+        with pytest.raises(DataError, match="'001_10Hz' ended without a sample"):
+            end_recording(emit, TWO[0])
+        emit(RunEnded, outcome=Outcome.ERROR, reason="no sample")
+    assert read(tmp_path / "run").info.reason == "no sample"
+
+
 def test_existing_run_folder_is_refused(tmp_path):
     RunWriter(tmp_path / "run", header_of()).close()
     with pytest.raises(DataError, match="cannot write"):
