@@ -109,7 +109,7 @@ def finish(
         # Checked, since a Ctrl-C is raised only after the file has its name.
         sealed = RunFolder(folder).sealed_file.exists()
     if content is not None and sealed:
-        with collecting(errors):
+        with collecting(errors), reading(folder):
             _write_result(folder, content)
             report = write_report(folder, planned.registry, result=result, content=content)
     for error in errors[1:]:

@@ -77,8 +77,9 @@ def seal(
         write_manifest(entry)
     # Last: a kill at any instant leaves either these or the sealed file. If they cannot be removed,
     # they are harmless.
-    shutil.rmtree(files.journal, ignore_errors=True)
-    shutil.rmtree(files.parts, ignore_errors=True)
+    for folder_left in (files.journal, files.parts):
+        with suppress(OSError):  # it ignores most errors itself
+            shutil.rmtree(folder_left, ignore_errors=True)
     return files.sealed_file
 
 
