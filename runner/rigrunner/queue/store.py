@@ -278,11 +278,15 @@ class Queue:
 
         return note
 
-    def give_back(self, number: int, reason: str) -> None:
-        """Hold an entry whose run could not begin, with the reason; nothing has moved."""
+    def give_back(self, number: int, reason: str, run: str = "") -> None:
+        """Hold an entry whose run could not begin, with the reason; nothing has moved.
+
+        `run` is the id of its run if that has begun, which its listener may have failed to store.
+        """
         # Once it has a run, that says how it ended.
         if not self.get(number).run:
-            self._replace(number, state="held", reason=reason)
+            fields = {"run": run} if run else {"state": "held", "reason": reason}
+            self._replace(number, **fields)
 
     def _show(self, entry: Entry) -> Shown:
         if entry.state != "started":

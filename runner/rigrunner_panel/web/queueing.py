@@ -319,11 +319,11 @@ def _finish_entry(rig: Rig) -> None:
     if sequence.entry is None:
         return
     finished = rig.board.get("finished")
-    reason = finished.reason if finished is not None else ""
+    reason, run = ("", "") if finished is None else (finished.reason, finished.run)
     entry, sequence.entry = sequence.entry, None
     try:
         with sequence.entry_lock:
-            rig.queue.give_back(entry, reason or "the run did not start")
+            rig.queue.give_back(entry, reason or "the run did not start", run)
     except RigrunnerError as error:  # such as a file that was moved away or damaged meanwhile
         _give_up(rig, error)
     refresh(rig)

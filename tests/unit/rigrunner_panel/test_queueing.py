@@ -13,7 +13,7 @@ from starlette.testclient import TestClient
 
 from rigrunner.api.errors import InvalidFileError, Problem
 from rigrunner_panel.sequence import PendingStart
-from rigrunner_panel.view.sections import AlarmView
+from rigrunner_panel.view.sections import AlarmView, Finished
 from rigrunner_panel.web import queueing
 from rigrunner_panel.web.app import make_app
 from rigrunner_panel.web.panel import Panel, Settings
@@ -275,6 +275,20 @@ def test_entry_whose_job_could_not_be_started_is_held(client, panel, monkeypatch
     ((_, status),) = entries(client)
     assert status == "held"
     assert str(error) in rig.queue.get(1).reason
+
+
+def test_entry_whose_run_could_not_be_noted_is_not_offered_again(client, panel):
+    """The queue's file failed as the run began: a second test of the specimen cannot be undone."""
+    post(client, "add", **PAIR, list="SN-1")
+    rig = panel.rig("simulated")
+    with ExitStack() as claim:
+        claim.enter_context(rig.queue.started(1, "Ann"))
+        rig.sequence.entry, rig.sequence.entry_lock = 1, claim.pop_all()
+    fields = {"run": "2026_WEAR", "folder": "", "outcome": "error", "reason": "broken"}
+    rig.board.put(finished=Finished(**fields, verdict=""))
+    queueing.tick(rig)
+    assert rig.queue.get(1).run == "2026_WEAR"
+    assert entries(client) == [("SN-1", "interrupted")]  # there is no such folder here
 
 
 def test_queue_goes_on_after_the_file_with_its_running_entry_was_moved(client, panel):
