@@ -209,12 +209,12 @@ def encode(owner: Owner, drives: tuple[DriveMark, ...], safe_by: str = "") -> by
         "drives": [[drive.member, drive.unit, drive.safe_value] for drive in drives],
         "safe_by": safe_by,
     }
-    header = json.dumps(fields, ensure_ascii=False).encode()
+    header = json.dumps(fields, ensure_ascii=False).encode(errors="replace")
     # With very many drives: the set-points of all follow the header, which names as many as fit.
     if len(header) >= HEADER:
         fields["owner"] = asdict(replace(owner, addresses={}, plugins={}))
         fields["drives"] = fields["drives"][:100]
-        header = json.dumps(fields, ensure_ascii=False).encode()
+        header = json.dumps(fields, ensure_ascii=False).encode(errors="replace")
     values = b"".join(VALUE.pack(drive.set_point) for drive in drives)
     return header.ljust(HEADER) + values
 

@@ -235,6 +235,15 @@ def test_set_point_that_cannot_be_written_is_sent_only_if_safe(folder, monkeypat
     assert device.drives_at["load"] == 0.0
 
 
+def test_marker_names_a_run_in_a_folder_that_is_not_utf8():
+    marks = marks_of()
+    marks.describe(run="/lab/\udcff/runs/1")
+    rig = rig_with(marks, FakeTester())
+    rig.connect()
+    rig.set("tester", "load", 40.0)
+    assert read_marker("press").owner.run == "/lab/?/runs/1"
+
+
 def test_marker_made_anew_meanwhile_has_the_set_point_that_is_sent(folder, monkeypatch):
     """`keeping` renews a removed one in a thread, just after a set-point went to the old file."""
     marks = marks_of()

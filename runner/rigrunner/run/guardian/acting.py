@@ -197,7 +197,7 @@ def _note(task: dict[str, Any], lines: list[str]) -> None:
     text = "".join(f"{now} ALARM guardian: {line}\n" for line in lines)
     for log in logs:
         with suppress(OSError), log.open("ab") as file:
-            file.write(text.encode())
+            file.write(text.encode(errors="replace"))
 
 
 def _write_events(folder: Path, what: str, reports: tuple[SafetyReport, ...], problem: str) -> None:

@@ -151,6 +151,15 @@ def test_only_unreachable_energised_device_leaves_rig_unsafe(rig, act, role, is_
     assert bool(read_marker("bench").safe_by) is is_safe
 
 
+def test_name_that_is_not_utf8_is_reported_in_the_run(rig, act, monkeypatch):
+    """A message that fails would keep the guardian from making the rig safe."""
+    rig.run.mkdir()
+    rig.mark()
+    monkeypatch.setattr(acting, "_lines", lambda *_: ["no file /lab/\udcff"])
+    assert "guardian: no file /lab/?" in act()
+    assert "no file /lab/?" in (rig.run / "guardian.txt").read_text()
+
+
 def test_errors_of_acting_are_reported(rig, act):
     rig.mark()
     rig.task["station_text"] = "rigrunner: station/1\n"
