@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import sys
 import traceback
 from typing import TYPE_CHECKING
@@ -19,6 +20,12 @@ from rigrunner.cli.output import (
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
+
+_NO_BUG = {
+    *(errno.EACCES, errno.EPERM, errno.EROFS, errno.EIO, errno.ENOSPC, errno.EDQUOT),
+    *(errno.ENAMETOOLONG, errno.ESTALE),
+}
+"""What the system answers for a file that it does not let this user, or anybody, have."""
 
 
 def run_command(command: click.Command, arguments: Sequence[str] | None = None) -> int:
@@ -38,6 +45,9 @@ def run_command(command: click.Command, arguments: Sequence[str] | None = None) 
         message("Interrupted.")
         return ExitCode.INTERRUPTED
     except BaseException as error:  # noqa: BLE001  (a bug; also the exit that a plugin asks for)
+        if isinstance(error, OSError) and error.filename and error.errno in _NO_BUG:
+            message(f"{error_label()} {error.filename}: {error.strerror}")
+            return ExitCode.DATA
         show_bug(error)
         return ExitCode.BUG
     finally:

@@ -103,3 +103,11 @@ class Stored(BaseModel):
     rigrunner: Literal["queue/1"] = "queue/1"
     next: int = Field(default=1, ge=1)
     entries: tuple[Entry, ...] = ()
+
+    @model_validator(mode="after")
+    def _check_numbers(self) -> Stored:
+        """Refuse a file that was edited so that a number could stand for two entries."""
+        numbers = [entry.id for entry in self.entries]
+        if len({*numbers}) < len(numbers) or self.next <= max(numbers, default=0):
+            raise ValueError("the numbers of entries are to be unique, and less than 'next'")
+        return self

@@ -17,7 +17,7 @@ from rigrunner.queue.entries import OPEN, Entry, Stored
 from rigrunner.queue.tested import tested_before
 from rigrunner.run.runs import listed_run
 from rigrunner.runfile import NEVER_ENDED
-from rigrunner.runfile.durable import write_whole, writing
+from rigrunner.runfile.durable import reading, write_whole, writing
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Iterator, Sequence
@@ -255,11 +255,12 @@ class Queue:
         if self._show(entry).status == "interrupted":  # once locked below, it would be 'running'
             raise _interrupted_error(entry)
         lock = self._entry_lock(number)
-        try:
-            with self._probe_lock():
-                lock.acquire(timeout=0)
-        except Timeout as error:
-            raise UsageError(f"entry {number} is already running") from error
+        with writing(self._runs):
+            try:
+                with self._probe_lock():
+                    lock.acquire(timeout=0)
+            except Timeout as error:
+                raise UsageError(f"entry {number} is already running") from error
         try:
             self._set(number, "started", by, entry.reason, "waiting")
             yield self.get(number)
@@ -277,11 +278,15 @@ class Queue:
 
         return note
 
-    def give_back(self, number: int, reason: str) -> None:
-        """Hold an entry whose run could not begin, with the reason; nothing has moved."""
+    def give_back(self, number: int, reason: str, run: str = "") -> None:
+        """Hold an entry whose run could not begin, with the reason; nothing has moved.
+
+        `run` is the id of its run if that has begun, which its listener may have failed to store.
+        """
         # Once it has a run, that says how it ended.
         if not self.get(number).run:
-            self._replace(number, state="held", reason=reason)
+            fields = {"run": run} if run else {"state": "held", "reason": reason}
+            self._replace(number, **fields)
 
     def _show(self, entry: Entry) -> Shown:
         if entry.state != "started":
@@ -339,8 +344,9 @@ class Queue:
     def _split_common_file(self) -> None:
         """Split a file with the entries of all stations into one per station."""
         common_file = self._runs / COMMON_FILE
-        if not common_file.exists():
-            return
+        with reading(self._runs):
+            if not common_file.exists():
+                return
         with self._locked():
             # Empty if another process has split it meanwhile.
             common = _read(common_file)
@@ -371,14 +377,15 @@ class Queue:
     @contextmanager
     def _locked(self) -> Iterator[None]:
         """Lock all queues of the folder, since specimens are searched in all of them."""
+        lock = FileLock(self._runs / ".queue.lock", timeout=PATIENCE_S)
         with writing(self._runs):
             self._runs.mkdir(parents=True, exist_ok=True)
-        lock = FileLock(self._runs / ".queue.lock", timeout=PATIENCE_S)
-        try:
-            lock.acquire()
-        except Timeout as error:
-            message = f"another process has had {self._runs} open for longer than {PATIENCE_S:g} s"
-            raise DataError(message, hint="try again") from error
+            try:
+                lock.acquire()
+            except Timeout as error:  # it is an OSError as well
+                since = f"for longer than {PATIENCE_S:g} s"
+                message = f"another process has had {self._runs} open {since}"
+                raise DataError(message, hint="try again") from error
         try:
             yield
         finally:
@@ -452,19 +459,18 @@ def _interrupted_error(entry: Entry) -> UsageError:
 
 
 def _read(path: Path) -> Stored:
-    try:
-        content = path.read_bytes()
-    except FileNotFoundError:
-        return Stored()
-    except OSError as error:
-        raise DataError(f"cannot read {path}: {error.strerror or error}") from error
+    with reading(path):
+        try:
+            content = path.read_bytes()
+        except FileNotFoundError:
+            return Stored()
     try:
         return Stored.model_validate_json(content)
     except ValidationError as error:
         detail = error.errors(include_url=False)[0]
-        where = ".".join(map(str, detail["loc"]))
+        where = ": ".join((".".join(map(str, detail["loc"])), detail["msg"])).removeprefix(": ")
         raise DataError(
-            f"{path} is not a queue of this version: {where}: {detail['msg']}",
+            f"{path} is not a queue of this version: {where}",
             hint="correct the file, or move it away to start a new queue",
         ) from error
 

@@ -117,7 +117,7 @@ class Role:
             raise DeviceTimeoutError(
                 visible(f"{self.name}: {_failure_text(what, error, 'no answer in time')}")
             ) from error
-        elif isinstance(error, ConnectionError):
+        elif isinstance(error, OSError):
             raise DeviceLostError(
                 visible(f"{self.name}: {_failure_text(what, error, 'the connection broke')}")
             ) from error

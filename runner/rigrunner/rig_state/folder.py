@@ -8,10 +8,14 @@ from __future__ import annotations
 import os
 import stat
 import sys
-from contextlib import suppress
+from contextlib import contextmanager, suppress
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from rigrunner.api.errors import DeviceError
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
 
 VARIABLE = "RIGRUNNER_LOCKS"
 """Names another folder, such as one shared by several containers."""
@@ -28,23 +32,31 @@ _BINARY = getattr(os, "O_BINARY", 0)
 
 def shared_folder() -> Path:
     """Return the folder, created if missing; raise DeviceError if it cannot be used."""
-    folder = _folder_path()
-    try:
+    folder = folder_path()
+    with usable(folder):
         folder.mkdir(exist_ok=True)
         if sys.platform != "win32":  # there the parent folder determines the permissions
             _open_to_all(folder)
+    return folder
+
+
+def existing_folder() -> Path | None:
+    """Return the folder if it exists; raise DeviceError if it cannot be used."""
+    folder = folder_path()
+    with usable(folder):
+        return folder if folder.is_dir() and not folder.is_symlink() else None
+
+
+@contextmanager
+def usable(folder: Path) -> Iterator[None]:
+    """Turn an OSError into a DeviceError that names the folder."""
+    try:
+        yield
     except OSError as error:
         raise DeviceError(
             f"the rig cannot be locked: {folder} is not a folder for locks: {error.strerror}",
             hint=f"remove what is in its place, or name another folder in {VARIABLE}",
         ) from error
-    return folder
-
-
-def existing_folder() -> Path | None:
-    """Return the folder if it exists."""
-    folder = _folder_path()
-    return folder if folder.is_dir() and not folder.is_symlink() else None
 
 
 def open_plain(path: Path, flags: int) -> int:
@@ -94,7 +106,7 @@ def sync_names(folder: Path) -> None:
         os.close(descriptor)
 
 
-def _folder_path() -> Path:
+def folder_path() -> Path:
     """Return the folder in the variable, or one that all can write to and that survives a reboot.
 
     The folder for temporary files can belong to one user: on Windows and macOS, and by TMPDIR. Two

@@ -85,7 +85,10 @@ def take_over(descriptors: Iterable[int], locks: Iterable[Path], holder: Holder)
 
 def is_removed(descriptor: int) -> bool:
     """Return whether the file of a lock was removed; False for no descriptor."""
-    return descriptor >= 0 and not os.fstat(descriptor).st_nlink
+    try:
+        return descriptor >= 0 and not os.fstat(descriptor).st_nlink
+    except OSError:  # a network disk does not know the file any more
+        return True
 
 
 def touch(lock: Path, descriptor: int) -> None:
@@ -110,16 +113,14 @@ def _holder_stored(path: Path, holder: Holder) -> Iterator[None]:
 
 def is_held(lock: Path) -> bool:
     """Return whether a process holds a lock; False if unknown."""
-    # FileLock would create it.
-    if not lock.is_file():
-        return False
-    try:
-        with FileLock(lock, timeout=0, mode=FOR_ALL):
-            return False
-    except Timeout:
-        return True
-    except OSError:
-        return False
+    with suppress(OSError):
+        try:
+            if lock.is_file():  # FileLock would create it
+                with FileLock(lock, timeout=0, mode=FOR_ALL):
+                    pass
+        except Timeout:  # it is an OSError as well
+            return True
+    return False
 
 
 def holder_of(lock: Path) -> Holder | None:

@@ -19,9 +19,16 @@ from dataclasses import asdict, dataclass, field, replace
 from datetime import UTC, datetime
 from typing import TYPE_CHECKING, Any
 
+from rigrunner.api.errors import DeviceError
 from rigrunner.api.member import Member
 from rigrunner.clock import utc_text
-from rigrunner.rig_state.folder import existing_folder, open_plain, read_plain, shared_folder
+from rigrunner.rig_state.folder import (
+    existing_folder,
+    open_plain,
+    read_plain,
+    shared_folder,
+    usable,
+)
 from rigrunner.rig_state.locks import holder_of, is_held
 
 if TYPE_CHECKING:
@@ -134,7 +141,10 @@ class Marker:
 
 def read_marker(station: str) -> Marker | None:
     """Return the marker of the rig of a station; None if it was not left energised."""
-    folder = existing_folder()
+    try:
+        folder = existing_folder()
+    except DeviceError:  # unreadable is not safe
+        return Marker(station, None)
     return None if folder is None else _read(folder / f"{station}{SUFFIX}")
 
 
@@ -144,22 +154,25 @@ def read_marker_of_held(station: str, lock: Path) -> Marker | None:
     Without the lock file somebody, or a cleaner of old files, has removed the marker too: then
     nothing is known of the drives.
     """
-    return read_marker(station) if lock.exists() else Marker(station, None)
+    is_there = os.path.exists(lock)  # noqa: PTH110  (False also where that is unknown)
+    return read_marker(station) if is_there else Marker(station, None)
 
 
 def read_markers() -> list[Marker]:
-    """Return the markers of all rigs of this machine, by station."""
+    """Return the markers of all rigs of this machine, by station; raise DeviceError."""
     folder = existing_folder()
     if folder is None:
         return []
-    markers = (_read(path) for path in sorted(folder.glob(f"*{SUFFIX}")))
+    with usable(folder):
+        paths = sorted(folder.glob(f"*{SUFFIX}"))
+    markers = map(_read, paths)
     return [marker for marker in markers if marker is not None]
 
 
 def clear(station: str) -> None:
     """Empty the marker of a rig whose drives were all read back as safe.
 
-    The caller holds the rig. Raises OSError.
+    The caller holds the rig. Raises OSError and DeviceError.
     """
     folder = existing_folder()
     if folder is None or not (path := folder / f"{station}{SUFFIX}").exists():
@@ -175,7 +188,7 @@ def record_made_safe(station: str, by: str) -> None:
     """Record that the rig was made safe after its run and read back; shown at the next start.
 
     `by` is the actor as text, such as 'The guardian made it safe'. The caller holds the rig, or is
-    the guardian of its owner. Raises OSError.
+    the guardian of its owner. Raises OSError and DeviceError.
     """
     marker = read_marker(station)
     if marker is None:
@@ -196,12 +209,12 @@ def encode(owner: Owner, drives: tuple[DriveMark, ...], safe_by: str = "") -> by
         "drives": [[drive.member, drive.unit, drive.safe_value] for drive in drives],
         "safe_by": safe_by,
     }
-    header = json.dumps(fields, ensure_ascii=False).encode()
+    header = json.dumps(fields, ensure_ascii=False).encode(errors="replace")
     # With very many drives: the set-points of all follow the header, which names as many as fit.
     if len(header) >= HEADER:
         fields["owner"] = asdict(replace(owner, addresses={}, plugins={}))
         fields["drives"] = fields["drives"][:100]
-        header = json.dumps(fields, ensure_ascii=False).encode()
+        header = json.dumps(fields, ensure_ascii=False).encode(errors="replace")
     values = b"".join(VALUE.pack(drive.set_point) for drive in drives)
     return header.ljust(HEADER) + values
 

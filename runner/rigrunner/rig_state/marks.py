@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 
 from rigrunner.api.errors import DeviceError
 from rigrunner.api.member import Member
-from rigrunner.rig_state.folder import open_plain, shared_folder, sync_names
+from rigrunner.rig_state.folder import folder_path, open_plain, shared_folder, sync_names
 from rigrunner.rig_state.locks import is_removed
 from rigrunner.rig_state.marker import (
     HEADER,
@@ -96,16 +96,16 @@ class RigMarks:
                 if value != safe_value:
                     self._add(DriveMark(member, info.unit, safe_value, value))
             elif values[index] != value:
-                try:
-                    # Eight bytes, not synced: the page cache survives the process (decision 22).
-                    with self._write_lock:
+                with self._write_lock:
+                    try:
+                        # Eight bytes, not synced: the page cache survives this (decision 22).
                         os.lseek(self._descriptor, HEADER + index * VALUE.size, os.SEEK_SET)
                         os.write(self._descriptor, pack(value))
-                except OSError as error:
-                    # Setting the safe value must stay possible.
-                    if value != safe_value:
-                        raise _write_error(error) from error
-                values[index] = value
+                    except OSError as error:
+                        # Setting the safe value must stay possible.
+                        if value != safe_value:
+                            raise _write_error(error) from error
+                    values[index] = value  # with the lock: `keeping` may write all of them anew
 
         return note
 
@@ -232,5 +232,5 @@ def _write_error(error: OSError) -> DeviceError:
     return DeviceError(
         f"the marker of the energised rig cannot be written: {error.strerror or error}",
         hint="no drive is set without it, as the next start could not tell that the rig is"
-        " energised; see RIGRUNNER_LOCKS in the documentation",
+        f" energised; it is in {folder_path()}: see RIGRUNNER_LOCKS in the documentation",
     )

@@ -15,7 +15,7 @@ from rigrunner.engine.pausing import Reasoned
 from rigrunner.run.partners import later_partners
 from rigrunner.run.report import write_report
 from rigrunner.run.stored import analyse_stored, verdict_code, with_partners
-from rigrunner.runfile.durable import write_whole
+from rigrunner.runfile.durable import reading, write_whole
 from rigrunner.runfile.folder import RunFolder
 
 if TYPE_CHECKING:
@@ -90,7 +90,7 @@ def finish(
     # Before the data are read: this waits until each finished recording has its file.
     with collecting(errors):
         writer.close()
-    result = report = None
+    result = report = content = plot = None
     # A manual session, which has no planned step, may end without a point.
     is_empty = not planned.plan.steps and not writer.recordings
     analysed = bool(planned.procedure.model.analysis) and not is_empty
@@ -98,16 +98,21 @@ def finish(
     waits = outcome is Outcome.COMPLETED and analysed and bool(awaited)
     with collecting(errors):
         if not waits and outcome in CONCLUDED:
-            result = _result(planned, writer, partners, progress, analysed=analysed)
-    content = None if result is None else document(result)
+            analysis = _result(planned, writer, partners, progress, analysed=analysed)
+            if analysis is not None:
+                plots = (details.plot() for details in analysis.details)
+                plot = next(filter(None, plots), None)
+                # All or none: the details are a plugin's, and may fail.
+                result, content = analysis, document(analysis)
     if not (to_be_resumed or waits):
         with collecting(errors):
-            plots = (details.plot() for details in result.details) if result else ()
-            writer.seal(content, next(filter(None, plots), None), partners)
-    # Checked, since a Ctrl-C is raised only after the file has its name.
-    sealed = RunFolder(folder).sealed_file.exists()
+            writer.seal(content, plot, partners)
+    sealed = False
+    with collecting(errors), reading(folder):
+        # Checked, since a Ctrl-C is raised only after the file has its name.
+        sealed = RunFolder(folder).sealed_file.exists()
     if content is not None and sealed:
-        with collecting(errors):
+        with collecting(errors), reading(folder):
             _write_result(folder, content)
             report = write_report(folder, planned.registry, result=result, content=content)
     for error in errors[1:]:

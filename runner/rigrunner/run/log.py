@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import traceback
+from contextlib import suppress
 from typing import TYPE_CHECKING, Self
 
 from rigrunner.api.events import (
@@ -43,7 +44,8 @@ class RunLog:
         return self
 
     def __exit__(self, *_: object) -> None:
-        self._file.close()
+        with suppress(OSError):  # a network disk may say now what it did not write
+            self._file.close()
 
     def __call__(self, event: Event) -> None:
         """Write the event as a line; samples, rows and successful steps are left out."""

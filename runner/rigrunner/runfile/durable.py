@@ -90,6 +90,15 @@ def writing(path: Path) -> Iterator[None]:
         raise cannot_write(path, error) from error
 
 
+@contextmanager
+def reading(path: Path) -> Iterator[None]:
+    """Turn an OSError into a DataError that names the file."""
+    try:
+        yield
+    except OSError as error:
+        raise DataError(f"cannot read {path}: {error.strerror or error}") from error
+
+
 def write_whole(path: Path, content: bytes) -> None:
     """Replace a file by a complete new one, or leave everything unchanged; raise DataError.
 

@@ -35,9 +35,9 @@ def run_lock(folder: Path) -> Iterator[None]:
     try:
         yield
     finally:
-        # A sealed run is never written again.
-        if files.sealed_file.exists():
-            with suppress(OSError):  # on Windows a file that is open cannot be removed
+        with suppress(OSError):  # on Windows a file that is open cannot be removed
+            # A sealed run is never written again.
+            if files.sealed_file.exists():
                 files.lock.unlink()
         lock.release()
 

@@ -18,6 +18,7 @@ from rigrunner.runfile.attempts import superseded
 from rigrunner.runfile.codec import block_from, event_record, header_from, truth_from
 from rigrunner.runfile.compressed import LongText
 from rigrunner.runfile.digest import run_digest
+from rigrunner.runfile.durable import reading
 from rigrunner.runfile.elapsed import with_elapsed
 from rigrunner.runfile.journal import Kind, read_records, unread_bytes
 from rigrunner.runfile.model import RunHeader, RunInfo, StoredRun
@@ -125,20 +126,22 @@ def read_journal(files: RunFolder) -> Journal:
     truth: dict[str, dict[str, float]] = {}
     end: int | None = None
     rows: Rows | None = None
-    for record in read_records(files.events):
-        end = record.end
-        if record.kind in FROM:  # first, as nearly all are events
-            event = events.take(record.kind, record.payload)
-            rows = Rows(event) if isinstance(event, Scanned) else rows
-        elif record.kind == Kind.PLAN:
-            plan.packed.append(record.payload)
-        elif record.kind == Kind.HEADER:
-            headers.append(header_from(record.payload, str(files.events)))
-        elif record.kind == Kind.ROW and rows is not None:
-            events.take(*event_record(rows.event_from(record.payload)))
-        elif record.kind == Kind.TRUTH:
-            recording, values = truth_from(record.payload)
-            truth[recording] = values
+    with reading(files.events):
+        for record in read_records(files.events):
+            end = record.end
+            if record.kind in FROM:  # first, as nearly all are events
+                event = events.take(record.kind, record.payload)
+                rows = Rows(event) if isinstance(event, Scanned) else rows
+            elif record.kind == Kind.PLAN:
+                plan.packed.append(record.payload)
+            elif record.kind == Kind.HEADER:
+                headers.append(header_from(record.payload, str(files.events)))
+            elif record.kind == Kind.ROW and rows is not None:
+                events.take(*event_record(rows.event_from(record.payload)))
+            elif record.kind == Kind.TRUTH:
+                recording, values = truth_from(record.payload)
+                truth[recording] = values
+        lost = unread_bytes(files.events, end)
     if not headers:
         files_left = [*files.parts.glob("*.h5"), *files.journal.glob("*.samples")]
         hint = "nothing was recorded: remove the folder, and run the procedure again"
@@ -147,7 +150,6 @@ def read_journal(files: RunFolder) -> Journal:
         raise DataError(
             f"{files.path} is not a run: its journal ends before the run's header", hint=hint
         )
-    lost = unread_bytes(files.events, end)
     notes = (f"the last {lost} bytes of the journal are torn or damaged",) if lost else ()
     header, version = headers[0]
     define_units_of(header.provenance, header.run_id)
@@ -219,8 +221,9 @@ def read_loose(
         facts = samples.facts(journal.events.outline)
         return facts, *assemble(facts, samples.blocks())
 
-    read_part = partial(_read_part, scratch=None if _samples_fit(files) else Scratch())
-    read = list(_recordings(files, read_part, read_samples)) if samples else []
+    with reading(files.path):
+        read_part = partial(_read_part, scratch=None if _samples_fit(files) else Scratch())
+        read = list(_recordings(files, read_part, read_samples)) if samples else []
     repeated = superseded(journal.events.outline)
     measured = journal.events.measured
     recorded = (recording for _, recording, _ in read)
@@ -251,7 +254,8 @@ def read_loose_info(files: RunFolder) -> RunInfo:
         facts = samples.facts(journal.events.outline)
         return facts, assemble(facts, samples.blocks())[1]
 
-    return _info(files, journal, _recordings(files, _part_facts, samples_facts))
+    with reading(files.path):
+        return _info(files, journal, _recordings(files, _part_facts, samples_facts))
 
 
 def _info(

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 from rigrunner.api.errors import DataError
 from rigrunner.hdf5_reading import open_file
-from rigrunner.runfile.durable import writing
+from rigrunner.runfile.durable import reading, writing
 from rigrunner.runfile.entry import (
     FORMAT_ATTRIBUTE,
     PARTNER,
@@ -59,12 +59,13 @@ def seal(
     cannot be written.
     """
     files = RunFolder(folder)
-    if files.sealed_file.exists():
-        raise DataError(f"{files.sealed_file} is sealed, and is never written again")
-    journal = journal or read_journal(files)
-    # Those that a kill interrupted, and those whose fold failed.
-    for samples in unfolded_journals(files):
-        fold(files, samples, journal.events.outline)
+    with reading(folder):
+        if files.sealed_file.exists():
+            raise DataError(f"{files.sealed_file} is sealed, and is never written again")
+        journal = journal or read_journal(files)
+        # Those that a kill interrupted, and those whose fold failed.
+        for samples in unfolded_journals(files):
+            fold(files, samples, journal.events.outline)
     with new_file(files.sealed_file, read_only=True) as file:
         version = max(journal.format, FIRST_WITH_MANIFEST)
         file.attrs.update({"NX_class": "NXroot", "default": ENTRY, FORMAT_ATTRIBUTE: version})
@@ -76,8 +77,9 @@ def seal(
         write_manifest(entry)
     # Last: a kill at any instant leaves either these or the sealed file. If they cannot be removed,
     # they are harmless.
-    shutil.rmtree(files.journal, ignore_errors=True)
-    shutil.rmtree(files.parts, ignore_errors=True)
+    for folder_left in (files.journal, files.parts):
+        with suppress(OSError):  # it ignores most errors itself
+            shutil.rmtree(folder_left, ignore_errors=True)
     return files.sealed_file
 
 

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any, Self
 
 from rigrunner.api.cleanup import do_all, noted_on
 from rigrunner.api.errors import DataError
-from rigrunner.api.events import Event, Samples, Scanned, StepEnded, StepStarted
+from rigrunner.api.events import Event, RunEnded, Samples, Scanned, StepEnded, StepStarted
 from rigrunner.runfile.codec import block_bytes, event_record, header_bytes, truth_bytes
 from rigrunner.runfile.durable import cannot_write, sync_folder, writing
 from rigrunner.runfile.folder import RunFolder
@@ -120,17 +120,20 @@ class RunWriter:
                     pass  # not to be kept
                 case _:
                     self._append(event)
+        # Raised by the other sink: this one has to store what follows.
+        except DataError as error:
+            self._failure = error
         except OSError as error:  # of a journal, which takes back what it could not write whole
-            # Raised by the other sink: this one has to store what follows.
             self._failure = cannot_write(self.folder, error)
             self._failure.__cause__ = error
 
-    def _raise_failed(self, event: Event) -> None:  # noqa: ARG002  (a sink takes events)
+    def _raise_failed(self, event: Event) -> None:
         """Raise the error of a write, or of a fold."""
         if self._failure is not None:
             failure, self._failure = self._failure, None
             raise failure
-        if self._folding.pending:
+        # A failed fold is repeated at sealing: it must not contradict an end that is stored.
+        if self._folding.pending and not isinstance(event, RunEnded):
             self._folding.check()
 
     def read(self) -> StoredRun:
@@ -152,7 +155,8 @@ class RunWriter:
 
     def close(self) -> None:
         """Close the journal after all folds; the folder stays readable. Idempotent."""
-        do_all(self._close_samples, self._events.close, self._folding.wait)
+        with writing(self.folder):
+            do_all(self._close_samples, self._events.close, self._folding.wait)
 
     def _append(self, event: Event) -> None:
         self._events.append(*event_record(event))

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from rigrunner.api.errors import DeviceError
 from rigrunner.api.events import Alarm, InterlockCleared, InterlockTripped, RunEnded
 from rigrunner.rig_state import read_markers
 from rigrunner_panel.view.sections import AlarmView
@@ -25,6 +26,10 @@ def alarms_of_rigs(concerns: Callable[[str], bool]) -> tuple[AlarmView, ...]:
 
     `concerns` selects stations by id. An alarm is active until a read-back shows the rig is safe.
     """
+    try:
+        markers = read_markers()
+    except DeviceError as error:
+        return (AlarmView(seq=OF_RIG, utc="", source="rig", text=error.message, active=True),)
     return tuple(
         AlarmView(
             seq=OF_RIG,
@@ -33,7 +38,7 @@ def alarms_of_rigs(concerns: Callable[[str], bool]) -> tuple[AlarmView, ...]:
             text=marker.text,
             active=not marker.safe_by,
         )
-        for marker in read_markers()
+        for marker in markers
         if concerns(marker.station) and not marker.is_in_use
     )
 

@@ -303,8 +303,8 @@ def _claim_and_start(rig: Rig, entry: Entry, by: str, body: StartRun) -> None:
         claim.enter_context(rig.queue.started(entry.id, by))
         try:
             start_job(rig, "run", body, by, body.inputs, entry=entry.id)
-        except PanelError as error:
-            rig.queue.give_back(entry.id, error.view.message)
+        except Exception as error:
+            rig.queue.give_back(entry.id, str(error))
             refresh(rig)
             raise
         sequence.entry, sequence.entry_lock = entry.id, claim.pop_all()
@@ -319,10 +319,13 @@ def _finish_entry(rig: Rig) -> None:
     if sequence.entry is None:
         return
     finished = rig.board.get("finished")
-    reason = finished.reason if finished is not None else ""
-    rig.queue.give_back(sequence.entry, reason or "the run did not start")
-    sequence.entry_lock.close()
-    sequence.entry = None
+    reason, run = ("", "") if finished is None else (finished.reason, finished.run)
+    entry, sequence.entry = sequence.entry, None
+    try:
+        with sequence.entry_lock:
+            rig.queue.give_back(entry, reason or "the run did not start", run)
+    except RigrunnerError as error:  # such as a file that was moved away or damaged meanwhile
+        _give_up(rig, error)
     refresh(rig)
 
 

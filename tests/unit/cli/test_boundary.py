@@ -1,5 +1,7 @@
 from __future__ import annotations
 
+import errno
+import os
 from asyncio import CancelledError
 
 import click
@@ -139,3 +141,19 @@ def test_exit_raised_by_a_plugin_is_a_bug(error, capsys):
     """As a compensation could raise one in the middle of an analysis."""
     assert run_command(raising(error), []) == ExitCode.BUG
     assert type(error).__name__ in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("number", "code"),
+    [
+        (errno.ENAMETOOLONG, ExitCode.DATA),
+        (errno.EACCES, ExitCode.DATA),
+        (errno.EIO, ExitCode.DATA),
+        (errno.ENOENT, ExitCode.BUG),
+    ],
+)
+def test_file_that_the_system_refuses_is_named_and_no_bug(capsys, number, code):
+    refused = OSError(number, os.strerror(number), "runs/a")
+    assert run_command(raising(refused), []) == code
+    assert f"error: runs/a: {os.strerror(number)}" in capsys.readouterr().err or code == 70
+    assert run_command(raising(OSError(number, "of a socket")), []) == ExitCode.BUG

@@ -7,9 +7,11 @@ import subprocess
 import sys
 from concurrent.futures import ThreadPoolExecutor
 from datetime import UTC, datetime
+from pathlib import Path
 from types import SimpleNamespace
 
 import pytest
+from filelock import FileLock
 
 from rigrunner.api.errors import DataError, InvalidFileError, UsageError
 from rigrunner.api.events import Outcome, RunEnded, RunStarted
@@ -459,3 +461,38 @@ def test_interrupted_split_is_completed_without_undoing_changes(queue, tmp_path)
         "waiting",
     ]
     assert not (runs / "queue.json").exists()
+
+
+def test_queue_that_cannot_be_locked_is_reported_and_read(queue, monkeypatch):
+    """As in a folder on a disk that is read-only, or of another user."""
+
+    def deny(_lock, *_, **__):
+        raise PermissionError(13, "Permission denied")
+
+    monkeypatch.setattr(FileLock, "acquire", deny)
+    with pytest.raises(DataError, match=r"cannot write .*runs: Permission denied"):
+        queue.hold(1, "Ann")
+    with (
+        pytest.raises(DataError, match=r"cannot write .*runs: Permission denied"),
+        queue.started(1, "Ann"),
+    ):
+        pass
+    assert specimens(queue, "waiting") == ["SN-1", "SN-2", "SN-3"]
+
+
+def test_queue_in_a_closed_folder_is_reported(queue, monkeypatch):
+    def deny(_path):
+        raise PermissionError(13, "Permission denied")
+
+    monkeypatch.setattr(Path, "exists", deny)
+    with pytest.raises(DataError, match=r"cannot read .*runs: Permission denied"):
+        queue.shown()
+
+
+@pytest.mark.parametrize(("old", "new"), [('"next":4', '"next":3'), ('"id":2', '"id":1')])
+def test_edited_file_in_which_a_number_is_not_unique_is_refused(queue, old, new):
+    """The wrong specimen could be marked as started."""
+    file = queue.path(STATION)
+    file.write_text(file.read_text().replace(": ", ":").replace(old, new))
+    with pytest.raises(DataError, match="unique, and less than 'next'"):
+        queue.add([draft("SN-4")], "Ann", NOW)

@@ -224,6 +224,8 @@ def test_abandoned_stream_ends_on_device_before_next_call(non_blocking):
         (TimeoutError(), DeviceTimeoutError, "tester: set load: no answer in time"),
         (TimeoutError("3 s"), DeviceTimeoutError, r"tester: set load: no answer in time \(3 s\)"),
         (ConnectionResetError("gone"), DeviceLostError, r"the connection broke \(gone\)"),
+        # a USB adapter was unplugged, or a network cable
+        (OSError(5, "broken"), DeviceLostError, r"the connection broke \(\[Errno 5\] broken\)"),
     ],
 )
 def test_built_in_errors_become_device_errors(raised, kind, message, non_blocking):

@@ -149,6 +149,24 @@ def test_trouble_is_reported_once_and_its_end_not(energised, messages, monkeypat
     assert messages == ["a lock was removed"]
 
 
+def test_lock_on_a_disk_that_lost_it_is_recreated(energised, lock, messages, monkeypatch):
+    """A network disk may answer that it does not know the open file any more."""
+    marks, _ = energised
+    fstat, lost = os.fstat, set(marks.locks.values())
+
+    def stale(descriptor):
+        if descriptor in lost:
+            raise OSError(116, "Stale file handle")
+        return fstat(descriptor)
+
+    lock.unlink()
+    monkeypatch.setattr(os, "fstat", stale)
+    with keeping.keeping(marks, messages.append):
+        until(lambda: messages)
+        assert locks.is_held(lock)
+    assert "press.lock was removed during the run and made anew" in messages[0]
+
+
 def test_lock_is_not_recreated_without_marker(energised, folder, lock, messages, monkeypatch):
     marks, _ = energised
 

@@ -6,6 +6,7 @@ import stat
 import subprocess
 import sys
 from dataclasses import replace
+from pathlib import Path
 
 import pytest
 
@@ -216,7 +217,7 @@ def test_torn_marker_of_earlier_run_stays(monkeypatch, left_by_another_run):
     )
 
 
-def test_set_point_that_cannot_be_written_is_sent_only_if_safe(monkeypatch):
+def test_set_point_that_cannot_be_written_is_sent_only_if_safe(folder, monkeypatch):
     device = FakeTester()
     rig = rig_with(marks_of(), device)
     rig.connect()
@@ -226,11 +227,61 @@ def test_set_point_that_cannot_be_written_is_sent_only_if_safe(monkeypatch):
         raise OSError(28, "No space left on device")
 
     monkeypatch.setattr(os, "write", full)
-    with pytest.raises(DeviceError, match="cannot be written: No space left on device"):
+    with pytest.raises(DeviceError, match="cannot be written: No space left on device") as refused:
         rig.set("tester", "load", 50.0)
+    assert str(folder) in refused.value.hint
     assert "set load 50" not in device.calls
     rig.set("tester", "load", 0.0)
     assert device.drives_at["load"] == 0.0
+
+
+def test_marker_names_a_run_in_a_folder_that_is_not_utf8():
+    marks = marks_of()
+    marks.describe(run="/lab/\udcff/runs/1")
+    rig = rig_with(marks, FakeTester())
+    rig.connect()
+    rig.set("tester", "load", 40.0)
+    assert read_marker("press").owner.run == "/lab/?/runs/1"
+
+
+def test_marker_made_anew_meanwhile_has_the_set_point_that_is_sent(folder, monkeypatch):
+    """`keeping` renews a removed one in a thread, just after a set-point went to the old file."""
+    marks = marks_of()
+    rig = rig_with(marks, FakeTester())
+    rig.connect()
+    rig.set("tester", "load", 40.0)
+
+    class Lock:
+        def __enter__(self):
+            (folder / "press.energised").unlink()
+
+        def __exit__(self, *_):
+            monkeypatch.undo()
+            monkeypatch.setenv("RIGRUNNER_LOCKS", str(folder))
+            marks.renew()
+
+    monkeypatch.setattr(marks, "_write_lock", Lock())
+    rig.set("tester", "load", 50.0)
+    assert read_marker("press").set_points == "tester.load 50 N"
+
+
+def test_rig_is_made_safe_and_settled_without_its_folder(left_by_another_run, monkeypatch):
+    rig = rig_with(left_by_another_run, FakeTester(), FakeTester())
+    rig.connect()
+    with monkeypatch.context() as broken:
+        broken.setattr(Path, "is_dir", fail)
+        broken.setattr(Path, "exists", fail)
+        assert read_marker_of_held("press", Path("press.lock")).owner is None
+        assert all(report.safe for report in rig.make_safe())
+        left = read_marker("press")
+        assert (left.station, left.owner, left.safe_by) == ("press", None, "")
+        with pytest.raises(DeviceError, match=r"rigs is not a folder for locks: Input/output"):
+            read_markers()
+    assert read_marker("press").set_points == "tester.load 40 N, oven.load 50 N"
+
+
+def fail(_path):
+    raise OSError(5, "Input/output error")
 
 
 @POSIX

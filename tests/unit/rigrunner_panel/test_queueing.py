@@ -4,13 +4,16 @@ from __future__ import annotations
 
 import threading
 import time
+from contextlib import ExitStack
+from pathlib import Path
 
 import pytest
 from filelock import FileLock
 from starlette.testclient import TestClient
 
+from rigrunner.api.errors import InvalidFileError, Problem
 from rigrunner_panel.sequence import PendingStart
-from rigrunner_panel.view.sections import AlarmView
+from rigrunner_panel.view.sections import AlarmView, Finished
 from rigrunner_panel.web import queueing
 from rigrunner_panel.web.app import make_app
 from rigrunner_panel.web.panel import Panel, Settings
@@ -239,6 +242,69 @@ def test_automatic_start_respects_changes_during_its_preflight(  # noqa: PLR0917
     with rig.sequence.lock:
         queueing._after_preflight(rig)
     assert (client.get("/api/v1/queue").json()["problem"], len(started)) == (problem, int(starts))
+
+
+def test_unknown_state_of_the_rigs_is_an_alarm(panel, monkeypatch):
+    """An exception here would end the updates of all screens."""
+
+    def fail(_path):
+        raise OSError(5, "Input/output error")
+
+    rig = panel.rig("simulated")
+    with monkeypatch.context() as broken:
+        broken.setattr(Path, "is_dir", fail)
+        rig.desk.tick()
+    (alarm,) = rig.board.get("alarms")
+    assert alarm.active
+    assert "is not a folder for locks: Input/output error" in alarm.text
+
+
+@pytest.mark.parametrize("error", [InvalidFileError([Problem("a bad step")]), OSError(5, "broken")])
+def test_entry_whose_job_could_not_be_started_is_held(client, panel, monkeypatch, error):
+    """Nothing has moved: nobody has to decide how to go on with an interrupted run."""
+    post(client, "add", **PAIR, list="SN-1")
+    rig = panel.rig("simulated")
+
+    def fail(*_, **__):
+        raise error
+
+    monkeypatch.setattr(queueing, "start_job", fail)
+    entry = rig.queue.get(1)
+    with pytest.raises(type(error)):
+        queueing._claim_and_start(rig, entry, "Ann", queueing._body(entry))
+    ((_, status),) = entries(client)
+    assert status == "held"
+    assert str(error) in rig.queue.get(1).reason
+
+
+def test_entry_whose_run_could_not_be_noted_is_not_offered_again(client, panel):
+    """The queue's file failed as the run began: a second test of the specimen cannot be undone."""
+    post(client, "add", **PAIR, list="SN-1")
+    rig = panel.rig("simulated")
+    with ExitStack() as claim:
+        claim.enter_context(rig.queue.started(1, "Ann"))
+        rig.sequence.entry, rig.sequence.entry_lock = 1, claim.pop_all()
+    fields = {"run": "2026_WEAR", "folder": "", "outcome": "error", "reason": "broken"}
+    rig.board.put(finished=Finished(**fields, verdict=""))
+    queueing.tick(rig)
+    assert rig.queue.get(1).run == "2026_WEAR"
+    assert entries(client) == [("SN-1", "interrupted")]  # there is no such folder here
+
+
+def test_queue_goes_on_after_the_file_with_its_running_entry_was_moved(client, panel):
+    post(client, "add", **PAIR, list="SN-1")
+    rig = panel.rig("simulated")
+    with ExitStack() as claim:
+        claim.enter_context(rig.queue.started(1, "Ann"))
+        rig.sequence.entry, rig.sequence.entry_lock = 1, claim.pop_all()
+    file = rig.queue.path("simulated")
+    file.rename(file.with_suffix(".old"))
+    queueing.tick(rig)
+    assert "the queue has no entry 1" in rig.board.get("queue").problem
+    post(client, "add", **PAIR, list="SN-2")
+    queueing.tick(rig)
+    with rig.queue.started(1, "Ann") as entry:
+        assert entry.specimen == "SN-2"
 
 
 def test_unreadable_queue_is_reported_and_not_changed(client, panel):

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import errno
+import io
+
 from rigrunner.api.events import Answer, Intervention, MadeSafe
 from rigrunner.run.log import RunLog
 
@@ -29,3 +32,17 @@ def test_read_backs_are_logged_in_readable_units(tmp_path):
     now, before = (tmp_path / "run.log").read_text(encoding="utf-8").splitlines()
     assert now.endswith("mono is safe: read back mono.wavelength 500 nm, mono.slit 0 m")
     assert before.endswith("mono is safe: read back mono.wavelength 5e-07, mono.slit 0")
+
+
+def test_log_that_fails_to_close_does_not_end_the_run(tmp_path):
+    """A network disk reports then what it could not write; the journal has everything."""
+
+    class Full(io.FileIO):
+        def close(self):
+            super().close()
+            raise OSError(errno.EDQUOT, "Disk quota exceeded")
+
+    with RunLog(tmp_path / "run.log") as log:
+        log._file.close()
+        log._file = Full(tmp_path / "run.log", "ab")
+    assert log._file.closed

@@ -255,3 +255,18 @@ def test_result_name_in_another_language_keeps_caveats_of_report(finished, tmp_p
     for words in ("not the breakaway torque from rest", "at zero load", "not growing with load",
                   "proportional to load", "limits of another quantity"):  # fmt: skip
         assert all(words in " ".join(report.split()) for report in reports), words
+
+
+@pytest.mark.parametrize("method", ["document", "plot"])
+def test_run_whose_details_fail_is_sealed_without_a_result(tmp_path, monkeypatch, method):
+    procedure = quick_procedure(tmp_path, "no_load_inertia_sweep")
+    (details,) = run(procedure, tmp_path / "runs").result.details
+
+    def fail(_self):
+        raise ZeroDivisionError("a bug of a plugin")
+
+    monkeypatch.setattr(type(details), method, fail)
+    finished = run(procedure, tmp_path / "runs")
+    assert (finished.sealed, finished.result) == (True, None)
+    assert isinstance(finished.error, ZeroDivisionError)
+    assert read(finished.folder).info.outcome == "completed"

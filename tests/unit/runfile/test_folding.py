@@ -12,7 +12,7 @@ import pytest
 
 from helpers_devices import FakeTester, run
 from rigrunner.api.errors import DataError
-from rigrunner.api.events import MadeSafe, Outcome, StepEnded
+from rigrunner.api.events import MadeSafe, Outcome, RunEnded, StepEnded
 from rigrunner.runfile import RunWriter, loose, read, seal, sealing
 from rigrunner.runfile.folder import RunFolder
 from rigrunner.runfile.journal import JournalWriter, Kind
@@ -212,3 +212,24 @@ def test_folds_do_not_overlap():
     folding.wait()
     assert second.is_set()
     assert overlapped == [False]
+
+
+def test_fold_that_fails_at_the_end_is_repeated_at_sealing(tmp_path, monkeypatch):
+    """A stored end stays true: its event is not refused for an earlier recording."""
+    go_on = threading.Event()
+
+    def fail(*_):
+        assert go_on.wait(30)
+        raise DataError("cannot write 000001.h5: Input/output error")
+
+    monkeypatch.setattr(FOLD, fail)
+    with RunWriter(tmp_path / "run", header_of()) as writer:
+        emit = emitter_of(*writer.sinks)
+        emit_recording(emit, TWO[0])
+        go_on.set()
+        wait(writer._folding.pending)
+        emit(RunEnded, outcome=Outcome.COMPLETED, reason="")
+        writer.seal()
+    stored = read(tmp_path / "run")
+    assert stored.info.outcome == Outcome.COMPLETED
+    assert [recording.name for recording in stored.recordings] == [TWO[0].name]

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import pytest
 from filelock import FileLock
 
@@ -52,3 +54,12 @@ def test_ctrl_c_while_waiting_for_a_lock_is_raised(tmp_path, monkeypatch):
     monkeypatch.setattr(FileLock, "acquire", interrupted)
     with pytest.raises(KeyboardInterrupt), run_lock(tmp_path):
         pass
+
+
+def test_lock_is_released_on_a_disk_that_does_not_answer(tmp_path, monkeypatch):
+    def fail(_path):
+        raise OSError(5, "Input/output error")
+
+    with monkeypatch.context() as patched, run_lock(tmp_path):
+        patched.setattr(Path, "exists", fail)
+    assert is_in_progress(tmp_path) is False

@@ -197,6 +197,31 @@ def test_missing_folder_is_reported(tmp_path):
             start_recording(emit, TWO[0])
 
 
+def test_journal_that_is_gone_after_the_run_is_reported(tmp_path):
+    with RunWriter(tmp_path / "run", header_of()) as writer:
+        run(FakeTester(), critical=[writer])
+        (tmp_path / "run" / "journal").rename(tmp_path / "elsewhere")
+        for work in (writer.read, writer.seal, lambda: read(tmp_path / "run")):
+            with pytest.raises(DataError, match=r"run"):
+                work()
+
+
+@pytest.mark.parametrize(
+    ("where", "name"), [(JournalWriter, "close"), (RunFolder, "sample_journals")]
+)
+def test_broken_disk_at_the_end_is_reported(tmp_path, monkeypatch, where, name):
+    def fail(*_):
+        raise OSError(errno.EIO, os.strerror(errno.EIO))
+
+    with RunWriter(tmp_path / "run", header_of()) as writer:
+        run(FakeTester(), critical=[writer])
+        with monkeypatch.context() as patched:
+            patched.setattr(where, name, fail)
+            for work in (writer.seal, *((writer.read,) if name != "close" else ())):
+                with pytest.raises(DataError, match=r"run: Input/output error"):
+                    work()
+
+
 @pytest.mark.parametrize("measured", [True, False], ids=["measurement", "other step"])
 @pytest.mark.parametrize("at_once", [True, False], ids=["each_measurement", "each_second"])
 def test_measurement_is_synced_at_once_if_the_station_requires(
@@ -225,6 +250,16 @@ def test_recording_without_a_sample_is_refused(tmp_path):
         start_recording(emit, TWO[0])
         with pytest.raises(DataError, match="'001_10Hz' ended without a sample"):
             end_recording(emit, TWO[0])
+
+
+def test_run_with_a_recording_without_a_sample_records_its_end(tmp_path):
+    with RunWriter(tmp_path / "run", header_of()) as writer:
+        emit = emitter_of(*writer.sinks)
+        start_recording(emit, TWO[0])
+        with pytest.raises(DataError, match="'001_10Hz' ended without a sample"):
+            end_recording(emit, TWO[0])
+        emit(RunEnded, outcome=Outcome.ERROR, reason="no sample")
+    assert read(tmp_path / "run").info.reason == "no sample"
 
 
 def test_existing_run_folder_is_refused(tmp_path):

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import os
 import time
-from contextlib import contextmanager, suppress
+from contextlib import ExitStack, contextmanager, suppress
 from datetime import UTC, datetime
 from pathlib import Path
 from threading import TIMEOUT_MAX, Thread
 from typing import TYPE_CHECKING, Any
 
+from rigrunner.api.errors import DeviceError
 from rigrunner.api.events import Alarm, MadeSafe
 from rigrunner.api.member import role_of
 from rigrunner.bus import EventStamp
@@ -48,7 +49,8 @@ NOTE_FILE = "guardian.txt"
 
 def act(task: dict[str, Any], reason: str) -> None:
     """Make the rig safe if it is energised and nobody else has taken it, and report the result."""
-    station, lock_is_there = task["station"], Path(task["locks"][0]).exists()
+    station = task["station"]
+    lock_is_there = os.path.exists(task["locks"][0])  # noqa: PTH110  (False where that is unknown)
     try:
         with _rig_held(task):
             marker = read_marker(station)
@@ -74,8 +76,13 @@ def _rig_held(task: dict[str, Any]) -> Iterator[None]:
     holder = Holder(task["station"], what, os.getpid(), now)
     paths = [Path(path) for path in task["locks"]]
     handed = task["handed"]
-    shared_folder()
-    with take_over(handed, paths, holder) if handed else hold(paths, holder):
+    with ExitStack() as stack:
+        # A rig that cannot be locked is made safe too: its disk may be full, broken or read-only.
+        with suppress(DeviceError):
+            shared_folder()
+        with suppress(OSError):
+            held = take_over(handed, paths, holder) if handed else hold(paths, holder)
+            stack.enter_context(held)
         yield
 
 
@@ -94,8 +101,10 @@ def _make_safe(task: dict[str, Any], marker: Marker, reason: str) -> None:
         unreachable = f"{names}: its plugin says that no second process can open it"
         problem = "; ".join(text for text in (problem, unreachable) if text)
     if not problem:
-        # First: the next start reads the marker, even if the notes cannot be written.
-        record_made_safe(task["station"], "The guardian made it safe")
+        # First: the next start reads the marker, even if the notes cannot be written. Without its
+        # record it makes the rig safe again.
+        with suppress(DeviceError, OSError):
+            record_made_safe(task["station"], "The guardian made it safe")
     lines = [f"{reason}; last set-points: {marker.set_points}", *_lines(reports, problem)]
     for line in lines[1:]:
         say(line)
@@ -188,7 +197,7 @@ def _note(task: dict[str, Any], lines: list[str]) -> None:
     text = "".join(f"{now} ALARM guardian: {line}\n" for line in lines)
     for log in logs:
         with suppress(OSError), log.open("ab") as file:
-            file.write(text.encode())
+            file.write(text.encode(errors="replace"))
 
 
 def _write_events(folder: Path, what: str, reports: tuple[SafetyReport, ...], problem: str) -> None:

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+import errno
 from contextlib import ExitStack
+from pathlib import Path
 
 import pytest
 
 from e2e.helpers_supply import GUARDED, SupplyLab
 from rigrunner.api.member import Member
-from rigrunner.rig_state import DriveMark, Holder, Owner, hold, read_marker
+from rigrunner.rig_state import DriveMark, Holder, Owner, folder, hold, marker, read_marker
 from rigrunner.rig_state.marker import encode
 from rigrunner.run.guardian import acting
 
@@ -149,12 +151,54 @@ def test_only_unreachable_energised_device_leaves_rig_unsafe(rig, act, role, is_
     assert bool(read_marker("bench").safe_by) is is_safe
 
 
+def test_name_that_is_not_utf8_is_reported_in_the_run(rig, act, monkeypatch):
+    """A message that fails would keep the guardian from making the rig safe."""
+    rig.run.mkdir()
+    rig.mark()
+    monkeypatch.setattr(acting, "_lines", lambda *_: ["no file /lab/\udcff"])
+    assert "guardian: no file /lab/?" in act()
+    assert "no file /lab/?" in (rig.run / "guardian.txt").read_text()
+
+
 def test_errors_of_acting_are_reported(rig, act):
     rig.mark()
     rig.task["station_text"] = "rigrunner: station/1\n"
     assert "THE RIG IS NOT SAFE: InvalidFileError" in act()
     rig.task["handed"] = [1, 2]  # more than there are locks
     assert f"{REASON}. THE RIG IS NOT SAFE: ValueError" in act()
+
+
+@pytest.mark.parametrize("handed", [True, False])
+def test_rig_is_made_safe_without_a_folder_for_locks(rig, act, monkeypatch, handed):
+    """As after an error of its disk, which the system then mounts read-only."""
+    rig.mark()
+
+    def fail(*_, **__):
+        raise OSError(errno.EROFS, "Read-only file system")
+
+    with rig.lock.open() as lock:
+        rig.task["handed"] = [lock.fileno()] if handed else []
+        monkeypatch.setattr(folder.os, "fchmod", fail)
+        monkeypatch.setattr(marker, "overwrite", fail)
+        output = act()
+    assert rig.lab.outputs() == (0.0, 0.0)
+    assert SAFE in output
+    assert "NOT SAFE" not in output
+
+
+def test_rig_of_an_unreadable_folder_is_made_safe(rig, act, monkeypatch):
+    rig.mark()
+
+    exists = Path.exists
+
+    def fail(path):
+        if path.parent == rig.locks:
+            raise PermissionError(errno.EACCES, "Permission denied")
+        return exists(path)
+
+    monkeypatch.setattr(Path, "exists", fail)
+    assert SAFE in act()
+    assert rig.lab.outputs() == (0.0, 0.0)
 
 
 def test_order_of_station_applies_to_reachable_devices(rig, act):
