@@ -14,6 +14,7 @@ from rigrunner_bearings.api.torque import FittedTorque
 from rigrunner_bearings.signal.peaks import peak_points
 from rigrunner_bearings.torque.binding import bind
 from rigrunner_bearings.torque.bracketing import Bracket, RecordedPoint, bracket
+from rigrunner_bearings.torque.calibrated_range import beyond_calibration
 from rigrunner_bearings.torque.channels import role_of, torque_channel
 from rigrunner_bearings.torque.definition import definitions, kind_of
 from rigrunner_bearings.torque.diagnosis import PreparedRuns, diagnose
@@ -171,11 +172,9 @@ class _TorqueOfRun:
             problem=problem,
             forbids=why or without_scatter(loaded, no_load, primary),
         )
-        from rigrunner_bearings.torque.certified import beyond_calibration  # noqa: PLC0415  (pydantic)
-
         notes = [problem] if problem else []
         notes += [
-            f"{out.where} exceeded its calibrated range: {out.text} ({out.run_id})."
+            f"{out.channel} exceeded its calibrated range: {out.text} ({out.run_id})."
             for out in beyond_calibration(details, self.run, self.no_load_run)
         ]
         return replace(findings, checks=checks, notes=tuple(notes), details=(details,))

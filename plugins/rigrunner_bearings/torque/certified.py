@@ -19,12 +19,13 @@ from rigrunner_bearings.api.measurand import Validity
 from rigrunner_bearings.api.points import StartPoint, SwingPoint
 from rigrunner_bearings.api.rig import rig_of, torque_instruments
 from rigrunner_bearings.signal.peaks import mean_peak
+from rigrunner_bearings.torque.calibrated_range import beyond_calibration, load_cell
 from rigrunner_bearings.torque.channels import role_of
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Sequence
+    from collections.abc import Iterator
 
-    from rigrunner.api import Instrument, Rejection, RunData
+    from rigrunner.api import Rejection, RunData
     from rigrunner_bearings.api.compensations import CompensatedPoint
     from rigrunner_bearings.api.points import PeakPoint
     from rigrunner_bearings.api.torque import TorqueDetails
@@ -41,6 +42,10 @@ def certified_torque(
     channels = list(torque_instruments(run.instruments.values())) if details.loaded else []
     if _is_loaded(details):
         channels.append(_load_channel(run))
+    ranges = [
+        Deviation(kind="range", run_id=beyond.run_id, where=beyond.channel, text=beyond.text)
+        for beyond in beyond_calibration(details, run, no_load_run)
+    ]
     load = [
         Deviation(kind="load", run_id=run.run_id, where=_load_channel(run), text=text)
         for text in (_load_problem(details, run),)
@@ -52,7 +57,7 @@ def certified_torque(
         quantity=quantity,
         validity=tuple(_validity(details)),
         channels=frozenset(channels),
-        deviations=(*beyond_calibration(details, run, no_load_run), *load),
+        deviations=(*ranges, *load),
         rejected=tuple(
             cycle
             for source_run, points in runs
@@ -89,33 +94,11 @@ def _validity(details: TorqueDetails) -> Iterator[ValidityCondition]:
         yield ValidityCondition(code=code.value, allowance=text)
 
 
-def beyond_calibration(
-    details: TorqueDetails, run: RunData, no_load_run: RunData | None
-) -> Iterator[Deviation]:
-    """Yield each channel that exceeded its calibrated range, with how far, in words."""
-    for source_run, points in ((run, details.loaded), (no_load_run, details.no_load)):
-        if source_run is None or not (points or details.primary):
-            continue
-        ranges = [
-            (instrument, *_extremes(points), "N·m")
-            for instrument in torque_instruments(source_run.instruments.values()).values()
-        ]
-        cell = _load_cell(source_run)
-        loads = [point.load_n for point in points if point.load_n > 0]
-        if cell is not None and loads:
-            ranges.append((cell, min(loads), max(loads), "N"))
-        for instrument, lowest, highest, unit in ranges:
-            if text := instrument.beyond_range(lowest, highest, unit):
-                yield Deviation(
-                    kind="range", run_id=source_run.run_id, where=instrument.channel, text=text
-                )
-
-
 def _load_problem(details: TorqueDetails, run: RunData) -> str:
     """Return in words why the error of the load is not known; '' where it is known."""
     if not _is_loaded(details):
         return ""
-    cell, tolerance = _load_cell(run), rig_of(run).load_tolerance
+    cell, tolerance = load_cell(run), rig_of(run).load_tolerance
     stated = "load_tolerance" in run.rig_keys
     assumed = f"±{100 * tolerance:.3g} %, " + ("as the station says" if stated else "by default")
     if cell is None:
@@ -136,22 +119,6 @@ def _load_channel(run: RunData) -> str:
 
 def _is_loaded(details: TorqueDetails) -> bool:
     return any(point.load_n > 0 for point in details.loaded)
-
-
-def _load_cell(run: RunData) -> Instrument | None:
-    torque = next(iter(torque_instruments(run.instruments.values())), None)
-    return None if torque is None else run.instruments.get(f"{role_of(torque)}.load")
-
-
-def _extremes(points: Sequence[PeakPoint]) -> tuple[float, float]:
-    """Return the least and the greatest torque of what was kept, in N·m; 0 is always within."""
-    values = [0.0]
-    for point in points:
-        values.append(float(point.peak_nm[point.peak_kept].max(initial=0.0)))
-        if isinstance(point, SwingPoint):
-            kept = point.torque_nm[point.kept]
-            values.extend((float(kept.min(initial=0.0)), float(kept.max(initial=0.0))))
-    return min(values), max(values)
 
 
 def _point(compensated: CompensatedPoint, point: PeakPoint) -> PointResult:

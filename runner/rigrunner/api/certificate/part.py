@@ -17,6 +17,4 @@ Sha256 = Annotated[str, Field(pattern=r"^([0-9a-f]{64})?$")]
 class Part(BaseModel):
     """The base of all parts of a certificate: frozen, strict, without unknown keys."""
 
-    model_config = ConfigDict(
-        extra="forbid", frozen=True, strict=True, allow_inf_nan=False, use_attribute_docstrings=True
-    )
+    model_config = ConfigDict(extra="forbid", frozen=True, strict=True, allow_inf_nan=False)

@@ -71,10 +71,7 @@ class Field:
 
 def fields_of(model: type[BaseModel]) -> Iterator[Field]:
     """Yield the fields of the model, in order."""
-    docstrings: dict[str, str] = {}  # those under the fields, if the source is available
-    for base in reversed(model.__mro__):
-        if issubclass(base, BaseModel) and base is not BaseModel:
-            docstrings |= _own_docstrings(base)
+    docstrings = docstrings_of(model)
     for name, info in model.model_fields.items():
         annotation: Any = info.annotation
         if info.metadata:
@@ -94,6 +91,15 @@ def fields_of(model: type[BaseModel]) -> Iterator[Field]:
             model=inside,
             entry=entry,
         )
+
+
+def docstrings_of(model: type[BaseModel]) -> dict[str, str]:
+    """Return the docstrings under the fields of the model, if the source is available."""
+    docstrings: dict[str, str] = {}
+    for base in reversed(model.__mro__):
+        if issubclass(base, BaseModel) and base is not BaseModel:
+            docstrings |= _own_docstrings(base)
+    return docstrings
 
 
 def all_fields(model: type[BaseModel], prefix: str = "") -> Iterator[tuple[str, Field]]:

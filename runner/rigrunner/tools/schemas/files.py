@@ -9,6 +9,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any, Literal
 
 from pydantic import TypeAdapter
+from pydantic.json_schema import GenerateJsonSchema
 
 from rigrunner.api.certificate import Certificate
 from rigrunner.api.fit_choice import FitChoice
@@ -23,6 +24,7 @@ from rigrunner.procedure.kinds import KINDS, kinds_of, measurand_models
 from rigrunner.procedure.result_limits import MEASURAND
 from rigrunner.station import DeviceBinding, ListenerBinding, Station
 from rigrunner.tools.importing.mapping import ImportMapping
+from rigrunner.tools.schemas.fields import docstrings_of
 from rigrunner.tools.schemas.settings import SettingsSchema
 from rigrunner.tools.schemas.shapes import (
     SHARED,
@@ -62,7 +64,10 @@ LABEL_TYPE = TypeAdapter(Name).core_schema
 
 def certificate_schema() -> Schema:
     """Return the JSON Schema of certificates."""
-    return {"$schema": DIALECT, **Certificate.model_json_schema(mode="serialization")}
+    schema = Certificate.model_json_schema(
+        mode="serialization", schema_generator=_CertificateSchema
+    )
+    return {"$schema": DIALECT, **schema}
 
 
 def language_schema(language: Language, registry: Registry) -> Schema:
@@ -72,6 +77,17 @@ def language_schema(language: Language, registry: Registry) -> Schema:
     if language == "procedure":
         schema = with_references(schema, literal={"rigrunner", "parameters"})
     return {"$schema": DIALECT, **without_unused(schema)}
+
+
+class _CertificateSchema(GenerateJsonSchema):
+    """Describes each field by the docstring under it."""
+
+    def model_schema(self, schema: ModelSchema) -> Schema:
+        """Return the schema of a part, with the descriptions of its fields."""
+        json_schema = super().model_schema(schema)
+        for name, text in docstrings_of(schema["cls"]).items():
+            json_schema["properties"][name]["description"] = text
+        return json_schema
 
 
 class _LanguageSchema(SettingsSchema):
