@@ -17,6 +17,9 @@ if TYPE_CHECKING:
     from collections.abc import Iterator
     from pathlib import Path
 
+CACHE = 1 << 20
+"""Bytes of a dataset that HDF5 keeps unpacked. Datasets are read and written in order, so that the
+8 MB of HDF5 2.0 for each would save nothing."""
 _DAMAGED = (OSError, RuntimeError, MemoryError)
 _NO_RUN = (KeyError, TypeError, ValueError, AttributeError, IndexError, OverflowError)
 UNREADABLE = (*_DAMAGED, *_NO_RUN)
@@ -54,7 +57,7 @@ def is_checksummed(path: Path) -> bool | None:
 def open_file(path: Path) -> Iterator[h5py.File]:
     """Give an HDF5 file for reading; raise DataError where it, or its content, cannot be read."""
     try:
-        with h5py.File(path, "r") as file:
+        with h5py.File(path, "r", rdcc_nbytes=CACHE) as file:
             yield file
     except FileNotFoundError as error:
         raise missing_file(path) from error

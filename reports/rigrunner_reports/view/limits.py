@@ -99,12 +99,13 @@ def _where(row: Measurement) -> Iterator[str]:
 
 def measured_table(name: str, rows: Sequence[Measurement]) -> MeasuredTable:
     """Return a table of measured values, ready to print."""
-    heads, cells = table_cells(rows)
+    shown = rows[:MOST_ROWS]
+    heads, cells = table_cells(shown)
     printed = []
-    for row, texts in zip(rows[:MOST_ROWS], cells, strict=False):
+    for row, texts in zip(shown, cells, strict=True):
         verdict = worst(decision.verdict for decision in row.decisions)
         printed.append((tuple(texts), None if verdict is None else shown_verdict(verdict)))
-    return MeasuredTable(name, tuple(heads), tuple(printed), max(0, len(rows) - MOST_ROWS))
+    return MeasuredTable(name, tuple(heads), tuple(printed), len(rows) - len(shown))
 
 
 SECTIONS = (

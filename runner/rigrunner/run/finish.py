@@ -7,14 +7,14 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from rigrunner.analysis.document import document
 from rigrunner.api.cleanup import add_beside, error_text
 from rigrunner.api.errors import AbortedError, ExitCode, RigrunnerError
 from rigrunner.api.events import CONCLUDED, Outcome
 from rigrunner.engine.pausing import Reasoned
 from rigrunner.run.partners import later_partners
-from rigrunner.run.report import write_report
-from rigrunner.run.stored import analyse_stored, verdict_code, with_partners
+from rigrunner.run.report import AnalysedRun, write_report
+from rigrunner.run.stored import verdict_code, with_partners
+from rigrunner.runfile import check_file
 from rigrunner.runfile.durable import reading, write_whole
 from rigrunner.runfile.folder import RunFolder
 
@@ -90,7 +90,7 @@ def finish(
     # Before the data are read: this waits until each finished recording has its file.
     with collecting(errors):
         writer.close()
-    result = report = content = plot = None
+    run = report = plot = None
     # A manual session, which has no planned step, may end without a point.
     is_empty = not planned.plan.steps and not writer.recordings
     analysed = bool(planned.procedure.model.analysis) and not is_empty
@@ -98,23 +98,25 @@ def finish(
     waits = outcome is Outcome.COMPLETED and analysed and bool(awaited)
     with collecting(errors):
         if not waits and outcome in CONCLUDED:
-            analysis = _result(planned, writer, partners, progress, analysed=analysed)
-            if analysis is not None:
-                plots = (details.plot() for details in analysis.details)
+            analysed_run = _analysed(planned, writer, partners, progress, analysed=analysed)
+            if analysed_run is not None:
+                plots = (details.plot() for details in analysed_run.result.details)
                 plot = next(filter(None, plots), None)
-                # All or none: the details are a plugin's, and may fail.
-                result, content = analysis, document(analysis)
+                # Only now: the details are a plugin's, and may fail.
+                run = analysed_run
     if not (to_be_resumed or waits):
         with collecting(errors):
-            writer.seal(content, plot, partners)
-    sealed = False
+            writer.seal(None if run is None else run.document, plot, partners)
+    file, sealed = RunFolder(folder).sealed_file, False
     with collecting(errors), reading(folder):
         # Checked, since a Ctrl-C is raised only after the file has its name.
-        sealed = RunFolder(folder).sealed_file.exists()
-    if content is not None and sealed:
+        sealed = file.exists()
+    if run is not None and sealed:
         with collecting(errors), reading(folder):
-            _write_result(folder, content)
-            report = write_report(folder, planned.registry, result=result, content=content)
+            _write_result(folder, run.document)
+            # Read from the disk: the report is made of the data that were written to it.
+            check_file(file)
+            report = write_report(folder, planned.registry, analysed=run)
     for error in errors[1:]:
         add_beside(errors[0], error_text(error))
     return FinishedRun(
@@ -123,28 +125,29 @@ def finish(
         reason=reason,
         error=next(iter(errors), None),
         sealed=sealed,
-        result=result,
+        result=None if run is None else run.result,
         report=report,
         passed_over=passed_over,
         waits=waits and not sealed,
     )
 
 
-def _result(
+def _analysed(
     planned: Planned,
     writer: RunWriter,
     partners: Mapping[str, Path],
     progress: Progress,
     *,
     analysed: bool,
-) -> Result | None:
-    """Return the result of a run that is `analysed`, or has limited measured values."""
+) -> AnalysedRun | None:
+    """Return a run that is `analysed`, or has limited measured values, with its result."""
     if not analysed and not any(step.limits or step.terms.expected for step in planned.plan.steps):
         return None  # without reading what may be many thousands of rows
-    stored = writer.read()
+    stored, truth = writer.read_with_truth()
     if not analysed and not any(row.limits or row.expected for row in stored.measurements):
         return None
-    return analyse_stored(with_partners(stored, partners), planned.registry, progress=progress)
+    stored = with_partners(stored, partners)
+    return AnalysedRun.of(stored, truth, planned.registry, progress)
 
 
 def stoppable(progress: Progress, stop: StopToken) -> Progress:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from rigrunner.analysis.document import document
@@ -33,24 +34,43 @@ if TYPE_CHECKING:
     from rigrunner.api.results import Result
     from rigrunner.registry import Registry
     from rigrunner.runfile import StoredRun
+    from rigrunner.runfile.reading import Truth
 
 OVERRIDE = "override"
 DEFAULT_FORMAT = "html"
+
+
+@dataclass(frozen=True, eq=False)
+class AnalysedRun:
+    """A run that was read and analysed: what its report shows."""
+
+    stored: StoredRun
+    truth: Truth
+    result: Result
+    document: Mapping[str, Any]
+    """The content of `result.json`."""
+
+    @classmethod
+    def of(
+        cls, stored: StoredRun, truth: Truth, registry: Registry, progress: Progress
+    ) -> AnalysedRun:
+        """Analyse a run that was read."""
+        result = analyse_stored(stored, registry, progress=progress)
+        return cls(stored, truth, result, document(result))
 
 
 def write_report(
     path: Path,
     registry: Registry,
     *,
-    result: Result | None = None,
-    content: Mapping[str, Any] | None = None,
+    analysed: AnalysedRun | None = None,
     out: Path | None = None,
     kind: str = DEFAULT_FORMAT,
     progress: Progress = unseen,
 ) -> Path:
     """Write the report of a run and return its path; the same run gives the same bytes.
 
-    Pass `result` to save another analysis, and its document as `content`. `out` is by default
+    Pass a run that is `analysed` already, so that it is not read again. `out` is by default
     `report` with the suffix of the format, in the folder of the run. Raises DataError and
     PluginError.
     """
@@ -59,27 +79,20 @@ def write_report(
     folder = path if path.is_dir() else path.parent
     target = out or folder / f"report{record.suffix}"
     render = registry.make("report_format", kind, {})
-    write_whole(target, render(report_input(path, registry, result, content, progress)))
+    if analysed is None:
+        analysed = AnalysedRun.of(*read_with_truth(path), registry, progress)
+    write_whole(target, render(report_input(analysed, folder)))
     return target
 
 
-def report_input(
-    path: Path,
-    registry: Registry,
-    result: Result | None = None,
-    content: Mapping[str, Any] | None = None,
-    progress: Progress = unseen,
-) -> ReportInput:
-    """Return the input of a report format for a stored run."""
-    folder = path if path.is_dir() else path.parent
-    # Rows that were just analysed are not read a second time; all of the file is checked.
-    stored, truth = read_with_truth(path, rows=result is None)
-    analysed = result or analyse_stored(stored, registry, progress=progress)
+def report_input(analysed: AnalysedRun, folder: Path) -> ReportInput:
+    """Return the input of a report format for a run in a folder."""
+    stored, result = analysed.stored, analysed.result
     return ReportInput(
-        result=analysed,
-        document=document(analysed) if content is None else content,
-        truth=truth,
-        provenance=_provenance(stored, analysed),
+        result=result,
+        document=analysed.document,
+        truth=analysed.truth,
+        provenance=_provenance(stored, result),
         events=(*_partner_overrides(stored.partners), *_outline_lines(stored)),
         later_decisions=tuple(decision.summary for decision in later_decisions(stored, folder)),
     )

@@ -7,6 +7,7 @@ from rigrunner.runfile.model import RunHeader, RunInfo, StoredRun
 from rigrunner.runfile.parts import end_of, zero_scatter
 from rigrunner.runfile.probe import refuse_crashing
 from rigrunner.runfile.reading import (
+    check_file,
     file_differences,
     read,
     read_info,
@@ -28,6 +29,7 @@ __all__ = [
     "RunSummary",
     "RunWriter",
     "StoredRun",
+    "check_file",
     "create_run_folder",
     "end_of",
     "file_differences",

@@ -216,12 +216,9 @@ def _read_info(entry: h5py.Group, path: Path, events: StoredEvents) -> RunInfo:
     )
 
 
-def read_entry(entry: h5py.Group, path: Path, *, rows: bool = True) -> StoredRun:
-    """Read a run whole, and the partner runs that are embedded in it.
-
-    Without `rows`, the rows of its tables are checked, and its events are the outline.
-    """
-    events = read_events(entry, keep=rows)
+def read_entry(entry: h5py.Group, path: Path) -> StoredRun:
+    """Read a run whole, and the partner runs that are embedded in it."""
+    events = read_events(entry)
     groups = {kind: _in_order(entry[kind]) if kind in entry else [] for kind in KINDS}
     scratch = None if sum(map(stored_bytes, groups.values())) <= IN_MEMORY else Scratch()
     measured = events.measured
@@ -239,13 +236,13 @@ def read_entry(entry: h5py.Group, path: Path, *, rows: bool = True) -> StoredRun
         recording_zeros=zeros_in_force(events.outline),
         measurements=measured.rows,
         superseded_measurements=measured.superseded,
-        events=events if rows else events.outline,
+        events=events,
         outline=events.outline,
         result_document=(
             json.loads(read_text(entry["analysis"], "result")) if "analysis" in entry else None
         ),
         partners={
-            partner_name(entry, place): read_entry(entry[place], path, rows=rows)
+            partner_name(entry, place): read_entry(entry[place], path)
             for place in partner_places(entry)
         },
     )

@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any
 import h5py
 import numpy as np
 
+from rigrunner.hdf5_reading import CACHE
 from rigrunner.runfile.compressed import Compressed, LongText
 from rigrunner.runfile.durable import publish, temporary, writing
 from rigrunner.runfile.interrupts import uninterrupted
@@ -41,7 +42,7 @@ def new_file(path: Path, *, read_only: bool = False) -> Iterator[h5py.File]:
     with uninterrupted(), writing(path):
         with PatientFile(temporary(path)) as patient:
             try:
-                with h5py.File(patient, "w", libver=("v110", "v110")) as file:
+                with h5py.File(patient, "w", libver=("v110", "v110"), rdcc_nbytes=CACHE) as file:
                     yield file
             except Exception:
                 if patient.error is None:

@@ -48,16 +48,13 @@ def read(path: Path) -> StoredRun:
         return _read(entry, sealed)
 
 
-def read_with_truth(path: Path, *, rows: bool = True) -> tuple[StoredRun, Truth]:
-    """Read a run with the truth of its simulator, like `read` and `read_truth`, in one pass.
-
-    Without `rows`, those of a sealed run are checked but not kept, and so are the events of steps.
-    """
+def read_with_truth(path: Path) -> tuple[StoredRun, Truth]:
+    """Read a run with the truth of its simulator, like `read` and `read_truth`, in one pass."""
     sealed = sealed_file_of(path)
     if sealed is None:
         return read_loose(RunFolder(path)), read_truth(path)
     with _entry_of(sealed, walk=False) as entry:
-        return _read(entry, sealed, rows=rows), read_entry_truth(entry)
+        return _read(entry, sealed), read_entry_truth(entry)
 
 
 def read_without_samples(folder: Path) -> StoredRun:
@@ -130,18 +127,27 @@ def _entry_of(path: Path, *, walk: bool = True) -> Iterator[h5py.Group]:
         yield file[ENTRY]
 
 
-def _read(entry: h5py.Group, path: Path, *, rows: bool = True) -> StoredRun:
+def check_file(path: Path) -> None:
+    """Raise DataError if anything in a `run.h5` differs from its manifest, also samples."""
+    _refuse(file_differences(path), path)
+
+
+def _read(entry: h5py.Group, path: Path) -> StoredRun:
     """Read a run, and refuse one of which anything differs from its manifest."""
     # First: it walks through the file, and refuses what no run file has.
     differences_found = _differences(entry, samples=False)
-    run = read_entry(entry, path, rows=rows)
+    run = read_entry(entry, path)
+    _refuse(differences_found, path)
+    return run
+
+
+def _refuse(differences_found: list[Difference] | None, path: Path) -> None:
     if differences_found:
         raise DataError(
             f"{path}: {differences_found[0]}",
             hint=f"'rigrunner verify {path}' lists all that differs, and"
             " 'rigrunner recover --salvage' saves the intact recordings",
         )
-    return run
 
 
 def _differences(entry: h5py.Group, *, samples: bool) -> list[Difference] | None:

@@ -31,6 +31,7 @@ if TYPE_CHECKING:
     from rigrunner.api.events import EventSink
     from rigrunner.runfile.loose import Journal
     from rigrunner.runfile.model import RunHeader, StoredRun
+    from rigrunner.runfile.reading import Truth
 
 
 class RunWriter:
@@ -136,10 +137,10 @@ class RunWriter:
         if self._folding.pending and not isinstance(event, RunEnded):
             self._folding.check()
 
-    def read(self) -> StoredRun:
+    def read_with_truth(self) -> tuple[StoredRun, Truth]:
         """Read the run, which must be closed; `seal` then writes what was read."""
         self._read = read_journal(self._files)
-        return read_loose(self._files, self._read)
+        return read_loose(self._files, self._read), self._read.truth
 
     def seal(
         self,

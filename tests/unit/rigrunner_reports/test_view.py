@@ -8,7 +8,7 @@ from math import inf, nan
 import pytest
 
 from rigrunner.api.checks import skipped
-from rigrunner.api.data import Estimate
+from rigrunner.api.data import Estimate, Measurement
 from rigrunner.api.instruments import Instrument
 from rigrunner.api.verdict import Verdict
 from rigrunner_bearings.report.view.budget import degrees_of_freedom
@@ -16,6 +16,7 @@ from rigrunner_reports.view import run
 from rigrunner_reports.view.checks import check_rows
 from rigrunner_reports.view.decision import DecisionView
 from rigrunner_reports.view.instruments import instruments
+from rigrunner_reports.view.limits import measured_table
 from unit.rigrunner_reports.helpers_report import (
     INSTRUMENT,
     deciding,
@@ -222,3 +223,13 @@ def test_imported_run_names_its_program_and_author(result):
     first, second = run.import_notes(with_no_load(replace(result, run=loaded), by_another))
     assert "of this run, not" in first
     assert "as B. Lee states them" in second
+
+
+def test_table_of_many_values_shows_the_first_rows_with_their_own_decimals():
+    values = [0.5] * 200 + [0.125]
+    units = {"press.torque": "N·m"}
+    rows = [Measurement("hold", "", {}, {"press.torque": value}, units) for value in values]
+    table = measured_table("hold", rows)
+    assert [cells for cells, _ in table.rows] == [("0.5",)] * 200
+    assert (table.columns, table.left_out) == (("press.torque / N·m",), 1)
+    assert measured_table("hold", rows[-2:]).rows == ((("0.500",), None), (("0.125",), None))

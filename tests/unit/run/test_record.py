@@ -5,6 +5,7 @@ import threading
 from dataclasses import replace
 from pathlib import Path
 
+import h5py
 import pytest
 
 from helpers_figures import drawn
@@ -19,6 +20,7 @@ from rigrunner.api.errors import (
     ExitCode,
 )
 from rigrunner.api.events import Outcome, RunEnded, StepStarted
+from rigrunner.api.progress import unseen
 from rigrunner.cli.finishing import show_finished
 from rigrunner.cli.stopping import stop_on_signals
 from rigrunner.clock import SimulatedClock
@@ -27,9 +29,9 @@ from rigrunner.registry import load_registry
 from rigrunner.rig import Rig
 from rigrunner.run import finish
 from rigrunner.run.finish import _write_result
-from rigrunner.run.report import report_input, write_report
-from rigrunner.run.stored import analyse_run, open_run
-from rigrunner.runfile import read
+from rigrunner.run.report import AnalysedRun, report_input, write_report
+from rigrunner.run.stored import analyse_run, analyse_stored, open_run
+from rigrunner.runfile import read, read_with_truth
 from rigrunner_bearings.api.torque import TorqueDetails
 
 
@@ -211,14 +213,13 @@ def test_ctrl_c_after_the_end_of_a_run_leaves_it_sealed(tmp_path, monkeypatch, w
 
     monkeypatch.setattr(Rig, "close", close_and_press)
     if where == "in the analysis":
-        analyse_stored = finish.analyse_stored
 
         def analyse_and_press(*args, progress, **more):
             press()
             progress("recordings", 1, 5)
             return analyse_stored(*args, **more)
 
-        monkeypatch.setattr(finish, "analyse_stored", analyse_and_press)
+        monkeypatch.setattr("rigrunner.run.report.analyse_stored", analyse_and_press)
     procedure = quick_procedure(tmp_path, "no_load_inertia_sweep")
     with stop_on_signals() as stop:
         ended = run(procedure, tmp_path / "runs", stop=stop, listeners=[stop, press_at_end])
@@ -233,15 +234,30 @@ def test_run_is_sealed_despite_interrupted_analysis(tmp_path, monkeypatch):
     def interrupted(*_, **__):
         raise KeyboardInterrupt
 
-    monkeypatch.setattr("rigrunner.run.finish.analyse_stored", interrupted)
+    monkeypatch.setattr("rigrunner.run.report.analyse_stored", interrupted)
     finished = run(quick_procedure(tmp_path, "no_load_inertia_sweep"), tmp_path / "runs")
     assert read(finished.folder).info.sealed
     assert finished.exit_code is ExitCode.INTERRUPTED
 
 
+def test_file_that_differs_from_its_manifest_after_sealing_is_reported(tmp_path, monkeypatch):
+    def changed_meanwhile(folder, _):
+        (folder / "run.h5").chmod(0o600)
+        with h5py.File(folder / "run.h5", "r+") as file:
+            samples = next(iter(file["entry/recordings"].values()))["tester_torque"]
+            samples[7] += 1e-9
+
+    monkeypatch.setattr(finish, "_write_result", changed_meanwhile)
+    finished = run(quick_procedure(tmp_path, "no_load_inertia_sweep"), tmp_path / "runs")
+    assert "tester_torque (recording): not what was sealed" in str(finished.error)
+    assert finished.report is None
+    assert finished.exit_code is ExitCode.DATA
+
+
 def test_report_has_questions_and_answers(finished):
     _, _, loaded = finished
-    texts = [event["text"] for event in report_input(loaded.folder, load_registry()).events]
+    analysed = AnalysedRun.of(*read_with_truth(loaded.folder), load_registry(), unseen)
+    texts = [event["text"] for event in report_input(analysed, loaded.folder).events]
     assert any("guards closed. — yes (unattended answer" in text for text in texts)
 
 

@@ -50,7 +50,7 @@ def test_sealing_reuses_what_was_read_for_the_analysis(tmp_path, monkeypatch):
     with RunWriter(tmp_path / "run", header_of()) as writer:
         run(FakeTester(), critical=[writer])
         writer.close()
-        stored_before = writer.read()
+        stored_before, _ = writer.read_with_truth()
         monkeypatch.setattr("rigrunner.runfile.sealing.read_journal", None)
         writer.seal()
     stored = read(tmp_path / "run")
