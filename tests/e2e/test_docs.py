@@ -104,6 +104,13 @@ LONG = [
 ] + [ROOT / "README.md"]
 
 
+WITH_QUICK_RUNS = {
+    ROOT / "docs/how-to/analyse-many-runs.md",
+    ROOT / "docs/how-to/verify-a-certificate.md",
+}
+"""Pages on which no number of the demonstration is printed, and each command analyses its runs."""
+
+
 def script(page):
     """Return a page as a parameter; slow ones are marked thorough."""
     return pytest.param(page, id=relative_name(page), marks=[pytest.mark.thorough] * (page in LONG))
@@ -130,7 +137,8 @@ def test_every_block_of_the_page_works(page, request, served, tmp_path):
                 copied = f"mkdir runs && cp -r {runs}/*SSPB* runs\n"
                 block = replace(block, code=block.code.replace(LAB_RUNS, copied))  # noqa: PLW2901  (the same)
             if DEMO.search(block.code):
-                copied = copy_of(request.getfixturevalue("demo"))
+                name = "quick" if page in WITH_QUICK_RUNS else "demo"
+                copied = copy_of(request.getfixturevalue(name))
                 block = replace(block, code=DEMO.sub(copied, block.code))  # noqa: PLW2901  (the same)
             where = f"{page}:{block.line}"
             output, folder = run_block(block, folder, where, lies_in=tmp_path, served=served)
@@ -166,9 +174,9 @@ LAB_RUNS = (
 """`test_lab.py` runs them unchanged in a new lab folder; here their runs are copied."""
 
 
-def copy_of(demo):
+def copy_of(runs):
     return lambda match: (
-        f"cp -r {shlex.quote(str(demo.folder))} {match['folder'] or 'rigrunner-demo'}"
+        f"cp -r {shlex.quote(str(runs.folder))} {match['folder'] or 'rigrunner-demo'}"
     )
 
 

@@ -76,11 +76,17 @@ def panel(lab):
 
 
 @pytest.fixture
-def new_screen(chromium, panel):
-    """Opens windows with a browser profile each; none may contact another host or fail."""
-    windows = []
+def new_screen(chromium, request):
+    """Opens windows with a browser profile each; none may contact another host or fail.
 
-    def new(panel=panel, **options):
+    Without a given panel they are at that of the test, which only then has to start.
+    """
+    windows = []
+    if "panel" in request.fixturenames:
+        request.getfixturevalue("panel")  # ends after its windows are closed
+
+    def new(panel=None, **options):
+        panel = panel or request.getfixturevalue("panel")
         defaults = {"viewport": {"width": 1280, "height": 720}, "locale": "en-GB"}
         context = chromium.new_context(**{**defaults, **options})
         context.set_default_timeout(1000 * WITHIN_S)
@@ -96,9 +102,9 @@ def new_screen(chromium, panel):
 
 
 @pytest.fixture
-def screen(new_screen):
+def screen(panel, new_screen):
     """One window."""
-    return new_screen()
+    return new_screen(panel)
 
 
 @pytest.fixture(scope="session")

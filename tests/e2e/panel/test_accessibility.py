@@ -17,18 +17,20 @@ COLOUR_RULES = ["color-contrast", "link-in-text-block"]
 """Rules of axe-core for colours; the others give the same in every theme."""
 
 
-def look(page, pictures, name: str, violations: list[str], *, colours_alone: bool) -> None:
-    """Take a picture and let axe-core judge the page."""
-    page.wait_for_timeout(250)
-    page.screenshot(path=pictures / f"{name}.png")
-    rules = {"runOnly": COLOUR_RULES} if colours_alone else {}
-    options = {"resultTypes": ["violations"], **rules}
-    result = page.evaluate("options => axe.run(document, options)", options)
-    violations += [
-        f"{name}: {item['id']}: {item['nodes'][0]['html'][:120]}"
-        for item in result["violations"]
-        if item["impact"] in GRAVE
-    ]
+def look(page, pictures, name: str, violations: list[str]) -> None:
+    """Take a picture in each theme, and let axe-core judge the page."""
+    for theme, rules in (("dark", {"runOnly": COLOUR_RULES}), ("light", {})):
+        page.emulate_media(color_scheme=theme)
+        expect(page.locator("html")).to_have_attribute("data-theme", theme)
+        page.wait_for_timeout(250)
+        page.screenshot(path=pictures / f"{name}-{theme}.png")
+        options = {"resultTypes": ["violations"], **rules}
+        result = page.evaluate("options => axe.run(document, options)", options)
+        violations += [
+            f"{name}, {theme}: {item['id']}: {item['nodes'][0]['html'][:120]}"
+            for item in result["violations"]
+            if item["impact"] in GRAVE
+        ]
 
 
 def assert_on_one_screen(page) -> None:
@@ -40,19 +42,17 @@ def assert_on_one_screen(page) -> None:
 
 
 @pytest.mark.thorough
-@pytest.mark.parametrize("theme", ["light", "dark"])
 def test_every_page_is_accessible(  # noqa: PLR0915  (a walk through all pages)
-    new_screen, panel, pictures, theme
+    screen, panel, pictures
 ):
-    screen = new_screen(color_scheme=theme)
-    page, violations, is_dark = screen.page, [], theme == "dark"
+    page, violations = screen.page, []
     page.add_init_script(path=axe_script())
 
     def check(name: str, *, on_tablet: bool = False) -> None:
-        look(page, pictures, f"{name}-{theme}", violations, colours_alone=is_dark)
+        look(page, pictures, name, violations)
         if on_tablet:
             page.set_viewport_size(TABLET)
-            look(page, pictures, f"{name}-{theme}-tablet", violations, colours_alone=is_dark)
+            look(page, pictures, f"{name}-tablet", violations)
             assert_on_one_screen(page)
             page.set_viewport_size(DESK)
             assert_on_one_screen(page)
