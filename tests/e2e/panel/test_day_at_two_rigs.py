@@ -1,4 +1,4 @@
-"""A day at two rigs: eight specimens, a real Chromium, and several mishaps."""
+"""A day at two rigs: twelve specimens, a real Chromium, and several mishaps."""
 
 from __future__ import annotations
 
@@ -44,8 +44,8 @@ main:
 teardown:
   - set: {{tester.frequency: 0 Hz}}
 """
-SPECIMENS = ["SN-1", "SN-2", "SN-3", "SN-4"]
-OTHER_SPECIMENS = ["SN-5", "SN-6", "SN-7", "SN-8"]
+SPECIMENS = [f"SN-{n}" for n in range(1, 7)]
+OTHER_SPECIMENS = [f"SN-{n}" for n in range(7, 13)]
 SIZES = {"desk": (1280, 720), "tablet": (820, 1180)}
 GRAVE = {"serious", "critical"}
 
@@ -106,14 +106,14 @@ def rig_processes(panel):
 
 
 @pytest.mark.thorough
-def test_day_with_two_rigs_and_eight_specimens(new_screen, two_rigs):  # noqa: PLR0915  (a day)
+def test_day_with_two_rigs_and_twelve_specimens(new_screen, two_rigs):  # noqa: PLR0915  (a day)
     with running_panel(two_rigs) as panel:
         other_page = open_queue(new_screen(panel), OTHER, ALONE)
         scan(other_page, OTHER_SPECIMENS, named=False)
 
         screen = new_screen(panel)
         screen.page.goto(panel.url)
-        expect(card(screen.page, OTHER_TITLE).locator(".rig-foot")).to_contain_text("4 waiting")
+        expect(card(screen.page, OTHER_TITLE).locator(".rig-foot")).to_contain_text("6 waiting")
         card(screen.page, STATION).get_by_role("link").click()
         screen.page.get_by_role("link", name="Queue").click()
         page = open_queue(screen, BENCH, LOADED)
@@ -124,15 +124,15 @@ def test_day_with_two_rigs_and_eight_specimens(new_screen, two_rigs):  # noqa: P
 
         # the scanner beeps twice, and a specimen of the other rig is scanned here
         for procedure, specimen, message in (
-            (LOADED, "SN-3", "SN-3 is already in the queue: entry 7"),
-            (ALONE, "SN-6", f"SN-6 is already in the queue of {OTHER}: entry 2"),
+            (LOADED, "SN-3", "SN-3 is already in the queue: entry 9"),
+            (ALONE, "SN-8", f"SN-8 is already in the queue of {OTHER}: entry 2"),
         ):
             page.locator("#queue-procedure").select_option(label=procedure)
             page.locator("#queue-scan").fill(specimen)
             page.keyboard.press("Enter")
             expect(page.locator("#queue-scan-note")).to_contain_text(message)
         page.locator("#queue-scan").fill("")
-        assert statuses(panel, BENCH) == {"waiting": 4}
+        assert statuses(panel, BENCH) == {"waiting": 6}
 
         # a question is open at the first rig, and the run is paused; it is asked again afterwards
         page.get_by_role("button", name="Start SN-1").click()
@@ -140,7 +140,7 @@ def test_day_with_two_rigs_and_eight_specimens(new_screen, two_rigs):  # noqa: P
         page.keyboard.press("F8")
         page.locator(".banner", has_text="Paused").wait_for()
 
-        # meanwhile the other rig runs its four by itself, once a person has allowed it
+        # meanwhile the other rig runs its six by itself, once a person has allowed it
         other_page.get_by_label("Start automatically").click()
         expect(other_page.get_by_label("Start automatically")).to_be_checked()
         wait_until(lambda: panel.get("queue", OTHER)["entries"][0]["status"] != "waiting")
@@ -153,7 +153,7 @@ def test_day_with_two_rigs_and_eight_specimens(new_screen, two_rigs):  # noqa: P
         page.get_by_role("link", name="Queue").click()
         page.get_by_role("button", name="Start SN-2").click()
         page.locator(".prompt").wait_for()
-        wait_until(lambda: statuses(panel, OTHER) == {"done": 4})
+        wait_until(lambda: statuses(panel, OTHER) == {"done": 6})
         wait_until(lambda: len(rig_processes(panel)) == 1)
         (doomed,) = rig_processes(panel)
         os.kill(doomed, signal.SIGKILL)
@@ -162,7 +162,7 @@ def test_day_with_two_rigs_and_eight_specimens(new_screen, two_rigs):  # noqa: P
         page.goto(panel.url)
         expect(card(page, STATION).locator(".rig-word")).to_have_text("Error")
         expect(card(page, OTHER_TITLE).locator(".rig-word")).to_have_text("Completed")
-        assert statuses(panel, OTHER) == {"done": 4}, "untouched"
+        assert statuses(panel, OTHER) == {"done": 6}, "untouched"
 
         # nothing starts before a person has decided about the interrupted entry
         card(page, STATION).get_by_role("link").click()
@@ -176,7 +176,7 @@ def test_day_with_two_rigs_and_eight_specimens(new_screen, two_rigs):  # noqa: P
             page.locator(".prompt").get_by_role("button", name="Yes").click()
             screen.wait_for_result()
             page.get_by_role("link", name="Queue").click()
-        wait_until(lambda: statuses(panel, BENCH)["done"] == 4)
+        wait_until(lambda: statuses(panel, BENCH)["done"] == 6)
         done = [entry for entry in panel.get("queue")["entries"] if entry["status"] == "done"]
         assert [entry["specimen"] for entry in done] == SPECIMENS
         assert {entry["verdict"] for entry in done} == {"pass"}
