@@ -213,13 +213,13 @@ class _Use:
             values = {
                 f"{name} {each.place.get(name, '-')}" for each in self.places for name in where
             }
-            message = f"{self.channel_names} is not measured there"
+            message = f"no step measures {self.channel_names} there"
             self.complain(("where",), message, f"there are: {', '.join(sorted(values))}")
             return
         everywhere = frozenset.intersection(*(frozenset(each.coordinate_units) for each in chosen))
         for name in sorted(set(per) - everywhere):
             listed = f"set by then: {', '.join(sorted(everywhere)) or 'none'}"
-            message = f"'{name}' is not set wherever {self.channel_names} is measured"
+            message = f"'{name}' is not set at every measurement of {self.channel_names}"
             self.complain(("per",), message, did_you_mean(name, everywhere, listed))
         for needed in self.channels:
             self._check_values(needed, chosen)

@@ -56,15 +56,26 @@ class Finding:
     hint: str = ""
 
 
-def describe(details: ErrorDetails, keys: Sequence[str] = ()) -> Finding:
-    """Return the finding for a pydantic error. `keys` are the known keys where one is unknown."""
+def describe(
+    details: ErrorDetails, keys: Sequence[str] = (), parents: Sequence[str] = ()
+) -> Finding:
+    """Return the finding for a pydantic error.
+
+    Where a key is unknown, `keys` are the known ones, and `parents` those that have it.
+    """
     kind, loc, got = details["type"], details["loc"], details["input"]
     context = details.get("ctx", {})
     if kind == "missing":
         hint = _MARK_HINT if loc == ("rigrunner",) else ""
         return Finding(f"the key '{loc[-1]}' is missing", hint)
     if kind == "extra_forbidden":
-        return Finding(f"unknown key '{clip(str(loc[-1]))}'", key_hint(str(loc[-1]), keys))
+        key = str(loc[-1])
+        hint = key_hint(key, keys)
+        if len(parents) == 1:
+            hint = f"it is a key of '{parents[0]}'"
+        elif got is None and " " in key:
+            hint = "put a text with a comma in quotes"
+        return Finding(f"unknown key '{clip(key)}'", hint)
     if isinstance(error := context.get("error"), RigrunnerError):
         return Finding(error.message, error.hint)
     if kind not in _ALLOWED:
