@@ -109,7 +109,8 @@ def _accuracy(instrument: Instrument) -> Iterator[tuple[str, str]]:
     yield "Accuracy", ", ".join(parts) or ("see below" if limits else "not stated")
     for name, limit in limits.items():
         if name not in first:
-            text = f"±{limit.described}, {limit.distribution}{_source(limit)}"
+            sign = "" if name == "resolution" else "±"  # it is a step, of which the error is half
+            text = f"{sign}{limit.described}, {limit.distribution}{_source(limit)}"
             yield name.replace("_", " ").capitalize(), text
 
 

@@ -134,4 +134,5 @@ def _limit(instrument: Instrument, name: str, limit: ErrorLimit) -> tuple[str, s
             return name, f"±{absolute:.6g} {si}"
     if name == "overall":
         return "accuracy", limit.limit
-    return f"limit_{name}", f"±{limit.described}"
+    sign = "" if name == "resolution" else "±"  # it is a step, of which the error is half
+    return f"limit_{name}", f"{sign}{limit.described}"

@@ -26,3 +26,12 @@ def test_calibration_that_expired_during_the_run_is_overdue(due, overdue):
     (certified,) = instruments_of(run)
 
     assert certified.overdue is overdue
+
+
+def test_resolution_is_stated_as_the_step_that_it_is():
+    entry = Instrument.model_validate(
+        {"channel": "meter.voltage", "measures": "voltage", "serial": "M-1", "certificate": "C-1",
+         "accuracy": {"resolution": "10 mV", "offset": "2 mV"}}
+    )  # fmt: skip
+    (certified,) = instruments_of(run_of(instruments=[entry]))
+    assert dict(certified.uncertainty) == {"limit_resolution": "10 mV", "limit_offset": "±2 mV"}
