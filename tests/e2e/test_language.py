@@ -155,7 +155,7 @@ def test_wrong_answer_is_refused_before_the_run(lab, tmp_path, changes, code, sa
     [
         ("rate: 100 N/s", "rate: 900 N/s", "it needs 2 s for this ramp"),
         ("max: 10 %", "max: 10 N", "tester.humidity takes a ratio"),
-        ("load: 200 N", "load: 9 kN", "9 kN is out of range (0 to 3000 N)"),
+        ("load: 200 N", "load: 9 kN", "9 kN is out of range (0 to 3 kN)"),
         ("picture: rig.svg", "picture: ../rig.svg", "is outside this file's folder"),
     ],
 )

@@ -118,7 +118,7 @@ def test_results_of_results_are_computed_limited_and_reported(tmp_path):
             HERE,
             HERE.replace("voltage", "voltage, text: x").replace("bench.current", "[bench.voltage]"),
             "per: [bench.voltage]",
-            "'bench.voltage' is not set wherever",
+            "'bench.voltage' is not set at every",
         ),
         (
             "acceptance:",

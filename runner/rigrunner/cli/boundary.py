@@ -39,7 +39,8 @@ def run_command(command: click.Command, arguments: Sequence[str] | None = None) 
         message(f"{error_label()} {error.format_message()}")
         context = getattr(error, "ctx", None)
         if context is not None:
-            message(f"  hint: '{context.command_path} --help' lists the options")
+            things = "commands" if isinstance(context.command, click.Group) else "options"
+            message(f"  hint: '{context.command_path} --help' lists the {things}")
         return ExitCode.USAGE
     except (KeyboardInterrupt, click.Abort):
         message("Interrupted.")

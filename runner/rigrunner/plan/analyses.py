@@ -195,12 +195,12 @@ class _Use:
             values = {
                 f"{name} {each.place.get(name, '-')}" for each in self.places for name in where
             }
-            message = f"{self.channel_names} is not measured there"
+            message = f"no step measures {self.channel_names} there"
             self.complain(("where",), message, f"there are: {', '.join(sorted(values))}")
             return
         everywhere = frozenset.intersection(*(frozenset(each.coordinate_units) for each in chosen))
         for name in sorted(set(per) - everywhere):
-            message = f"'{name}' is not set wherever {self.channel_names} is measured"
+            message = f"'{name}' is not set at every measurement of {self.channel_names}"
             hint = suggestion(name, sorted(everywhere), "set by then")
             self.complain(("per",), message, hint)
         for needed in self.channels:

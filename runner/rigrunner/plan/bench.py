@@ -148,6 +148,8 @@ class Bench:
             info.name: set_points.get(Member(role, info.name), info.safe_value)
             for info in device.drives
         }
+        if any(not d.minimum <= own_set_points[d.name] <= d.maximum for d in device.drives):
+            return True  # it is a problem of the set-point
         reason = device.unreadable_at(own_set_points)
         if reason is not None:
             message = f"{role} cannot be read here: {reason.message}"

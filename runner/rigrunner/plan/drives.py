@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 from rigrunner.api.coordinates import has_display_unit
 from rigrunner.api.member import Member
+from rigrunner.api.units import from_si
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
@@ -86,7 +87,10 @@ class DriveStates:
             self._standing.uncertain = True
             return None
         if not drive.minimum <= quantity.si <= drive.maximum:
-            message = f"{quantity} is out of range ({drive.range_text})"
+            symbol = quantity.unit.symbol
+            low, high = (f"{from_si(end, symbol):.6g}" for end in (drive.minimum, drive.maximum))
+            allowed = drive.range_text if "e" in low + high else f"{low} to {high} {symbol}"
+            message = f"{quantity} is out of range ({allowed})"
             hint = f"these are the limits of {member}"
             self._problems.add(self._document, valued_at, message, hint)
         elif not self._standing.uncertain:

@@ -34,9 +34,14 @@ class Expected:
         """What is allowed, for the person who is asked; empty where anything is."""
         if self.choices:
             return " / ".join(self.choices)
-        limits = [f"{self.minimum} or more"] if self.minimum is not None else []
-        limits += [f"{self.maximum} or less"] if self.maximum is not None else []
-        return ", ".join([f"in {self.unit}", *limits]) if self.unit else ""
+        allowed = f", {self._range}" if self._range else ""
+        return f"in {self.unit}{allowed}" if self.unit else ""
+
+    @property
+    def _range(self) -> str:
+        if self.minimum is None:
+            return "" if self.maximum is None else f"{self.maximum} or less"
+        return f"{self.minimum} {'or more' if self.maximum is None else f'to {self.maximum}'}"
 
     def accept(self, answer: str) -> str:
         """Return the answer as it is put on record; raise AnswerError saying what is allowed.
@@ -68,10 +73,5 @@ class Expected:
         low = self.minimum is not None and quantity.si < self.minimum.si
         high = self.maximum is not None and quantity.si > self.maximum.si
         if low or high:
-            allowed = f"{self.minimum} to {self.maximum}"
-            if self.minimum is None:
-                allowed = f"{self.maximum} or less"
-            elif self.maximum is None:
-                allowed = f"{self.minimum} or more"
-            raise AnswerError(f"{quantity} is out of range ({allowed})")
+            raise AnswerError(f"{quantity} is out of range ({self._range})")
         return str(quantity)

@@ -81,7 +81,7 @@ def list_text(content: bytes, name: str = "list") -> str:
             text = content.decode(coding)
         except UnicodeDecodeError:
             continue
-        if "\0" not in text:
+        if "\0" not in text and not text.startswith("%PDF"):
             return text
     raise DataError(f"{name} is not a text file", hint="save the table as CSV")
 

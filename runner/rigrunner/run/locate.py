@@ -97,11 +97,13 @@ def _files(folder: Path) -> list[str]:
 
 
 def _near_file(path: Path) -> str:
-    """Return the similar file beside it, or the missing folder; '' for a name only."""
+    """Suggest a similar file beside it, to a bare name only that of this name."""
     if path.parent != Path() and not path.parent.is_dir():
         return f"there is no folder {path.parent}"
-    matches = difflib.get_close_matches(path.name, _files(path.parent), n=1, cutoff=0.7)
-    return f"did you mean '{path.with_name(matches[0])}'?" if matches and path.suffix else ""
+    files = {Path(name).stem: path.with_name(name) for name in _files(path.parent)}
+    cutoff = 0.7 if path.suffix else 1.0
+    matches = difflib.get_close_matches(path.stem, files, n=1, cutoff=cutoff)
+    return f"did you mean '{files[matches[0]]}'?" if matches else ""
 
 
 def _near(name: str, names: list[str]) -> str:

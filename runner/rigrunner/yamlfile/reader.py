@@ -19,6 +19,13 @@ if TYPE_CHECKING:
 MAX_BYTES = 1_000_000
 _UTF8_BOM = b"\xef\xbb\xbf"
 _UTF16_BOMS = (b"\xff\xfe", b"\xfe\xff")
+_OTHER_KINDS = {
+    b"%PDF": "a PDF",
+    b"PK\x03\x04": "a ZIP archive or an office document",
+    b"\x89HDF": "an HDF5 file",
+    b"\x89PNG": "a picture",
+}
+"""How files of other programs begin."""
 _NOT_TEXT = re.compile(
     "[\x00-\x08\x0b\x0c\x0e-\x1f\x7f-\x84\x86-\x9f\ud800-\udfff\ufffe\uffff" + f"{TURNING}]"
 )
@@ -67,6 +74,9 @@ def parse(text: str, name: str) -> Document:
 def _decode(content: bytes, name: str) -> str:
     if content.startswith(_UTF16_BOMS):
         raise _error(name, "the file is UTF-16, not UTF-8", hint="save it as UTF-8")
+    for beginning, kind in _OTHER_KINDS.items():
+        if content.startswith(beginning):
+            raise _error(name, f"this is {kind}, not a text file", hint="name the YAML file")
     body = content.removeprefix(_UTF8_BOM)
     try:
         return body.decode("utf-8")
@@ -97,6 +107,8 @@ def _syntax_hint(line: str, column: int, problem: str) -> str:
     if line[column : column + 1] in {"%", "@", "`"}:
         return f"put a text that begins with {line[column]} in quotes"
     if "mapping values" in problem:
+        if ": " not in line[:column]:
+            return "check the indentation of this line and of the one before"
         return "put a text that holds ': ' in quotes"
     if "end of stream" in problem:
         return "a quote or bracket is not closed"

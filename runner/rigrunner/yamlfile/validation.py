@@ -70,11 +70,13 @@ def _merge(problems: Iterable[Problem]) -> Iterator[Problem]:
 
 
 def _other_kind(errors: list[ErrorDetails]) -> list[ErrorDetails]:
-    """Return the one error that reports a file of another kind, if there is one.
+    """Return the one error that reports a file of another or unknown kind, if there is one.
 
     An example is a station given as a procedure. Its other errors follow from that one.
     """
     for details in errors:
+        if details["loc"] == (MARK,) and details["type"] == "missing":
+            return [details]
         if details["loc"] == (MARK,) and details["type"] == "literal_error":
             allowed, got = details["ctx"]["expected"], str(details["input"])
             if "/" in got and got.partition("/")[0] != allowed.strip("'").partition("/")[0]:
@@ -88,7 +90,8 @@ def _problem(
     kind, loc = details["type"], details["loc"]
     path = at + _path_in_file(document.part(at), loc, keep_last=kind == "missing")
     keys = known_keys(model_type, loc[:-1]) if kind == "extra_forbidden" else ()
-    message, hint = describe(details, keys)
+    parents = [k for k in keys if loc[-1] in known_keys(model_type, (*loc[:-1], k))]
+    message, hint = describe(details, keys, parents)
     if kind == "missing":
         where = document.where(path[:-1], key=True)
         return Problem(message, where, dotted(path), hint)

@@ -47,15 +47,26 @@ _FILE_MARK = re.compile(r"([a-z]+)/[0-9]+")
 _LONGEST = 60
 
 
-def describe(details: ErrorDetails, keys: Sequence[str] = ()) -> tuple[str, str]:
-    """Return message and hint for a pydantic error; `keys`: the known ones, for an unknown key."""
+def describe(
+    details: ErrorDetails, keys: Sequence[str] = (), parents: Sequence[str] = ()
+) -> tuple[str, str]:
+    """Return message and hint for a pydantic error.
+
+    Where a key is unknown, `keys` are the known ones, and `parents` those that have it.
+    """
     kind, loc, got = details["type"], details["loc"], details["input"]
     context = details.get("ctx", {})
     if kind == "missing":
         hint = _MARK_HINT if loc == ("rigrunner",) else ""
         return f"the key '{loc[-1]}' is missing", hint
     if kind == "extra_forbidden":
-        return f"unknown key '{clip(str(loc[-1]), _LONGEST)}'", key_hint(str(loc[-1]), keys)
+        key = str(loc[-1])
+        hint = key_hint(key, keys)
+        if len(parents) == 1:
+            hint = f"it is a key of '{parents[0]}'"
+        elif got is None and " " in key:
+            hint = "put a text with a comma in quotes"
+        return f"unknown key '{clip(key, _LONGEST)}'", hint
     if isinstance(error := context.get("error"), RigrunnerError):
         return error.message, error.hint
     if kind not in _ALLOWED:

@@ -132,7 +132,8 @@ def _check_one_kind(group: Group, quantity: Quantity) -> None:
         return
     kinds = ", ".join(f"{name} ({count})" for name, count in sorted(group.kinds.items()))
     if quantity.is_result:
-        raise DataError(f"results of several kinds: {kinds}", hint="choose by --procedure")
+        message = f"results of several procedures or methods: {kinds}; group them by procedure"
+        raise DataError(message, hint="choose by --procedure")
     raise DataError(f"figures of several rigs or mandrels: {kinds}", hint=_APART)
 
 
@@ -289,7 +290,12 @@ def study_groups(
     Raises NoStudyError that begins with `problem` if no group has a study.
     """
     series, refused, hint = [], {}, ""
-    for name, group in sorted(observations.groups.items()):
+
+    def by(name: str) -> list[str]:
+        return name.split(", ")[: len(observations.by)]
+
+    for name in sorted(observations.groups, key=by):  # places stay in the order of the run
+        group = observations.groups[name]
         try:
             _check_one_kind(group, observations.quantity)
             series.append(study(name, group))

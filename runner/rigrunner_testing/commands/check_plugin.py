@@ -133,7 +133,8 @@ def _installed(
         kinds = [kind]
     if not kinds:
         names = sorted({plugin.record.name for plugin in registry.plugins})
-        raise PluginError(f"there is no plugin '{name}'", hint=registry.suggestion(name, names))
+        hint = f"a file of your own: --drop-in FOLDER; {registry.suggestion(name, names)}"
+        raise PluginError(f"there is no plugin '{name}'", hint=hint)
     if settings_file is not None and len(kinds) > 1:
         raise UsageError(
             f"'{name}' is a {' and a '.join(kinds)}", hint="name the kind of plugin with --kind"

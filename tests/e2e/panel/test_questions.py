@@ -42,7 +42,7 @@ def expect_refusal(screen, *words: str) -> None:
 @pytest.mark.thorough
 def test_question_and_interlock_by_mouse(asking, panel):
     page = asking.page
-    expect(page.locator("#prompt-input-note")).to_have_text("in °C, 15 °C or more, 30 °C or less")
+    expect(page.locator("#prompt-input-note")).to_have_text("in °C, 15 °C to 30 °C")
     for wrong, words in (
         ("warm", ("'warm",)),
         ("23 N", ("is a force, not a temperature",)),

@@ -151,7 +151,7 @@ def test_start_requires_all_inputs(screen):
     screen.check_rig(ready=False)
     for empty in ("   ", ""):
         page.get_by_label("Bearing serial number").fill(empty)
-        page.get_by_text("Inputs are missing: Bearing serial number.").wait_for()
+        page.get_by_text("Inputs are missing or not valid: Bearing serial number.").wait_for()
         assert page.get_by_role("button", name="Start", exact=True).is_disabled()
 
 

@@ -32,7 +32,7 @@ instruments:
 
 # old part, new part, where the finger points, field, message, hint
 CASES = [
-    ("$load}", "5 kN}", "5 kN", "main[0].set.tester.load", "5 kN is out of range (0 to 3000 N)",
+    ("$load}", "5 kN}", "5 kN", "main[0].set.tester.load", "5 kN is out of range (0 to 3 kN)",
      "these are the limits of tester.load"),
     ("$load}", "-1 N}", "-1 N", "main[0].set.tester.load",
      "-1 N is out of range (0 to 3000 N)", ""),

@@ -42,6 +42,12 @@ def test_set_points_with_rows_are_accepted(checked, steps):
     assert done.code == 0, done.err
 
 
+def test_set_point_out_of_range_is_one_problem_in_the_unit_it_is_written_in(checked):
+    done = checked(PROCEDURE.replace("STEPS", SWEEP.replace("50 °C, 100 °C, 60", "110")))
+    assert done.err.count("error:") == 1
+    assert "110 °C is out of range (0 to 100 °C)" in done.err
+
+
 def test_table_starts_at_its_lowest_temperature(checked):
     done = checked(PROCEDURE.replace("STEPS", "measure: {channels: [bench.resistance]}"))
     assert done.code == 0, done.err

@@ -75,7 +75,7 @@ def test_invalid_answer_is_refused_with_what_is_allowed(expected, answer, messag
     [
         (Expected(), ""),
         (SIDE, "left side / right side"),
-        (ROOM, "in °C, 15 °C or more, 30 °C or less"),
+        (ROOM, "in °C, 15 °C to 30 °C"),
         (ANY_LOAD, "in N"),
     ],
 )

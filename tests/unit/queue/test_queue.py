@@ -412,7 +412,7 @@ def test_list_is_read_in_encodings_of_spreadsheets(coding):
     ]
 
 
-@pytest.mark.parametrize("content", [b"PK\x03\x04\x00\x00\xff", b"a\x00b"])
+@pytest.mark.parametrize("content", [b"PK\x03\x04\x00\x00\xff", b"a\x00b", b"%PDF-1.7\n"])
 def test_workbook_is_refused_as_a_list(content):
     with pytest.raises(DataError, match="is not a text file"):
         list_text(content, "today.xlsx")

@@ -291,6 +291,15 @@ def translate(tmp_path_factory):
             "type GE20, lot L-1: there is 1 value, and the baseline is the first 10",
             "Typ GE20, Los L-1: es gibt 1 Wert, die Grundlage sind die ersten 10",
         ),
+        (
+            "type not stated, lot not stated, bench.pressure = 2 Pa",
+            "Typ nicht angegeben, Los nicht angegeben, bench.pressure = 2 Pa",
+        ),
+        ("procedure PG-CAL, bench.pressure = 2 Pa", "Verfahren PG-CAL, bench.pressure = 2 Pa"),
+        (
+            "bench cannot pause: pressure stays at 2 Pa",
+            "bench kann nicht pausieren: pressure bleibt auf 2 Pa",
+        ),
         ("Load-induced starting torque", "Lastinduziertes Anlaufmoment"),
         (
             "SN-1 has already been tested: run 20261128T215718Z_QUICK-ST_SN-1",

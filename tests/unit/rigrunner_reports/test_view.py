@@ -83,6 +83,21 @@ def test_overdue_instrument_is_marked(result):
     assert [row["Zero taken off"] for row in rows] == ["not zeroed", "not zeroed"]
 
 
+def test_resolution_is_shown_as_the_step_that_it_is(result):
+    gauge = Instrument.model_validate(
+        {
+            "channel": "bench.gauge",
+            "measures": "pressure",
+            "serial": "PG-1",
+            "accuracy": {"resolution": "10 mbar", "creep": "5 mbar"},
+        }
+    )
+    run = replace(result.run, instruments={"bench.gauge": gauge}, zeros={})
+    (row,) = map(dict, instruments(run))
+    assert row["Resolution"] == "10 mbar, rectangular"
+    assert row["Creep"] == "±5 mbar, rectangular"
+
+
 def test_accuracy_limits_are_shown_in_their_units(result):
     (row,) = map(dict, instruments(result.run))
     assert row["Accuracy"] == (

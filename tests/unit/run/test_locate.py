@@ -7,6 +7,7 @@ from rigrunner.run.locate import (
     find_station,
     run_names,
     shipped_folder,
+    station_names,
 )
 
 
@@ -84,6 +85,9 @@ def test_ambiguous_or_unknown_run_error_suggests_runs(runs):
     [
         ("stations.yaml", "did you mean 'station.yaml'?"),
         ("lab/statoin.yaml", "did you mean 'lab/station.yaml'?"),
+        ("station", "did you mean 'station.yaml'?"),
+        ("station.yml", "did you mean 'station.yaml'?"),
+        ("nosuch.yaml", f"there are: {', '.join(station_names())}"),
         ("lap/station.yaml", "there is no folder lap"),
         ("simulatd", "did you mean 'simulated'?"),
         ("lab", "YAML files in it: station.yaml"),

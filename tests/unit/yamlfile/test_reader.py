@@ -89,8 +89,11 @@ def test_repeated_keys_refer_to_the_first():
         (b"a: 1\n" * 100_000, "more problems follow"),
         (b"a: '" + b"x" * 900_000, "unexpected end of stream"),
         (bytes(range(256)) * 1000, "is not UTF-8"),
-        (b"\x89PNG\r\n\x1a\n" * 1000, "the byte 0x89 is not UTF-8"),
-        (b"PK\x03\x04" * 1000, "U+0003 is not allowed in a text file"),
+        (b"\x89PNG\r\n\x1a\n" * 1000, "this is a picture, not a text file"),
+        (b"PK\x03\x04" * 1000, "this is a ZIP archive or an office document, not a text file"),
+        (b"%PDF-1.7\n%\xe2\xe3\xcf\xd3\n", "this is a PDF, not a text file"),
+        (b"\x89HDF\r\n\x1a\n", "this is an HDF5 file, not a text file"),
+        (b"\x00\x03", "U+0000 is not allowed in a text file"),
         ("a: 5 N·m".encode("latin-1"), "the byte 0xB7 is not UTF-8"),
         ("a: 1".encode("utf-16"), "the file is UTF-16, not UTF-8"),
     ],
@@ -128,6 +131,17 @@ def test_missing_file_cannot_be_read(tmp_path):
 
 def test_folder_cannot_be_read(tmp_path):
     assert "cannot be read" in only_problem(read, tmp_path).message
+
+
+@pytest.mark.parametrize(
+    ("text", "hint"),
+    [
+        ("title: Gauge: points", "put a text that holds ': ' in quotes"),
+        ("rule: simple\n  limits:", "check the indentation of this line and of the one before"),
+    ],
+)
+def test_hint_of_an_unexpected_colon_states_its_cause(text, hint):
+    assert hint in only_problem(parse, text, "f.yaml").hint
 
 
 def test_byte_order_mark_and_dos_line_ends_are_read(tmp_path):

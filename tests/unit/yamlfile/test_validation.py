@@ -60,6 +60,14 @@ def test_wrong_kind_of_file_is_the_only_problem_reported(mark, messages):
     assert sorted(problem.message for problem in problems) == messages
 
 
+def test_file_without_a_kind_has_that_problem_only():
+    problem = only_problem(validate, Marked, parse("format: result/4\nvalue: 1\n", "f.yaml"))
+    assert str(problem) == (
+        "f.yaml:1:1: rigrunner: the key 'rigrunner' is missing"
+        " (it states the type of the file, such as 'rigrunner: procedure/2')"
+    )
+
+
 def document(text: str) -> Document:
     return parse(f"name: x\n{text}\n", "f.yaml")
 
@@ -97,6 +105,9 @@ def document(text: str) -> Document:
          "2:28: inner.mode: got 'fats', expected 'slow' or 'fast' (did you mean 'fast'?)"),
         ("inner: {sped: 5 Hz, speed: 5 Hz}",
          "2:9: inner.sped: unknown key 'sped' (did you mean 'speed'? known keys: speed, mode)"),
+        ("mode: slow", "2:1: mode: unknown key 'mode' (it is a key of 'inner')"),
+        ("inner: {mode: fast, speed: 5 Hz, valve open?}",
+         "2:34: inner.valve open?: unknown key 'valve open?' (put a text with a comma in quotes)"),
         ("by_name: {a: {speed: 5 Hz, zzz: 1}}",
          "2:28: by_name.a.zzz: unknown key 'zzz' (known keys: speed, mode)"),
     ],

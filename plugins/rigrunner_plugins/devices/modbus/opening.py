@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, TypeAlias
 from pymodbus.client import ModbusSerialClient, ModbusTcpClient
 
 from rigrunner.api import DeviceNotFoundError, DeviceTimeoutError
+from rigrunner_plugins.devices.extras import reason_of
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -88,7 +89,7 @@ def _open_rtu(
         )
     except (OSError, ValueError) as error:
         raise DeviceNotFoundError(
-            f"the serial port {rtu.port} cannot be opened: {error}",
+            f"the serial port {rtu.port} cannot be opened: {reason_of(error)}",
             hint="is the adapter plugged in, is it in use by another program, and do you have"
             " permission (on Linux the group dialout)?",
         ) from error

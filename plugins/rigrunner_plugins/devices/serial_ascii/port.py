@@ -7,7 +7,7 @@ from contextlib import suppress
 from typing import TYPE_CHECKING, Any, Protocol
 
 from rigrunner.api import DeviceLostError, DeviceNotFoundError, DeviceRejectedError
-from rigrunner_plugins.devices.extras import missing_package
+from rigrunner_plugins.devices.extras import missing_package, reason_of
 from rigrunner_plugins.devices.serial_ascii.line_buffer import Line, LineBuffer
 from rigrunner_plugins.devices.text.numbers import excerpt
 
@@ -177,6 +177,6 @@ def _open(settings: SerialAsciiSettings) -> Any:
         if "denied" in str(error).lower():
             hint = "on Linux, join the group of the port, often 'dialout'"
         raise DeviceNotFoundError(
-            f"{settings.port} cannot be opened: {error}", hint=hint
+            f"{settings.port} cannot be opened: {reason_of(error)}", hint=hint
         ) from error
     return port

@@ -6,7 +6,7 @@ from math import isclose
 from typing import TYPE_CHECKING
 
 from rigrunner.api import ChannelInfo, DeviceLostError, DeviceRejectedError, DriveInfo, Identity
-from rigrunner.api.quantity import legible
+from rigrunner.api.units import from_si
 from rigrunner_plugins.devices.channels import check_channels
 from rigrunner_plugins.devices.drives import Drives
 
@@ -93,10 +93,11 @@ class Tabulated:
         return None
 
     def _no_row(self, set_points: Mapping[str, float]) -> DeviceRejectedError:
-        at = ", ".join(
-            f"{info.name} {legible(set_points[info.name], info.unit)}" for info in self.drives
-        )
         names, rows = self._settings.set_points, self._settings.rows
+        units = {name: rows[0][name].unit.symbol for name in names}
+        at = ", ".join(
+            f"{name} {from_si(set_points[name], units[name]):.6g} {units[name]}" for name in names
+        )
         places = [", ".join(f"{name} {row[name]}" for name in names) for row in rows[:MOST_LISTED]]
         more = f"; and {len(rows) - MOST_LISTED} more" if len(rows) > MOST_LISTED else ""
         return DeviceRejectedError(

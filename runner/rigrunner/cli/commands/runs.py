@@ -38,7 +38,7 @@ def command(runs: Path, *, as_json: bool) -> None:
         message(f"There are no runs in {runs}{missing}.")
     else:
         rows = [
-            [run.name, run.state, str(len(run.info.recording_names))]
+            [run.name, run.state, str(len(run.info.recording_names) or "-")]
             if run.info is not None
             else [run.name, "unreadable", "-"]
             for run in listed

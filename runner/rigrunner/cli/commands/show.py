@@ -172,7 +172,7 @@ def _fact_rows(stored: StoredRun) -> Iterator[tuple[str, str]]:
     yield "recordings", f"{len(names)}, from {names[0]} to {names[-1]}" if names else "none"
     for name, run in stored.partners.items():
         yield partner_words(name), run.header.run_id
-    yield "SHA-256", stored.digest
+    yield "SHA-256 of the data", stored.digest
 
 
 def _table_text(rows: Sequence[Measurement]) -> str:

@@ -78,6 +78,8 @@ def _table_of_runs(runs: Rows) -> str:
         expanded = nan if row["expanded_nm"] is None else row["expanded_nm"]
         shown = "" if torque is None else with_uncertainty(torque, expanded)
         rows.append([*map(_cell, texts), shown])
+    if not any(shown for *_, shown in rows):  # no run has a torque
+        return table(_HEADER[:-1], [row[:-1] for row in rows], "lllll")
     return table(_HEADER, rows, "lllllr")
 
 

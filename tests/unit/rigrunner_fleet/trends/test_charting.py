@@ -9,6 +9,8 @@ import pytest
 
 from rigrunner.api.errors import DataError
 from rigrunner.api.studies import Observed
+from rigrunner_fleet.monitoring.observing import Group, Observations, study_groups
+from rigrunner_fleet.monitoring.quantities import Quantity
 from rigrunner_fleet.trends.charting import EWMA, MOVING_RANGE, Baseline, Charting, control_chart
 
 START = datetime(2026, 1, 1, tzinfo=UTC)
@@ -92,3 +94,11 @@ def test_sound_baseline_gives_no_warning():
 def test_unusable_baselines_are_refused(values, baseline, message):
     with pytest.raises(DataError, match=message):
         control_chart("a", observed(values), Charting(baseline=baseline))
+
+
+def test_groups_are_sorted_and_their_places_stay_in_the_order_of_the_run():
+    names = ["lot B, p = 200 Pa", "lot B, p = 1000 Pa", "lot A, p = 200 Pa", "lot A, p = 1000 Pa"]
+    groups = {name: Group() for name in names}
+    observations = Observations(Quantity("deviation"), ("lot",), "Pa", groups, (), ())
+    studies, _ = study_groups(observations, lambda name, _: name, "no chart")
+    assert list(studies) == [*names[2:], *names[:2]]

@@ -53,7 +53,7 @@ def test_missing_row_lists_the_rows_of_the_table(table):
     table.set("frequency", 10.0)
     with pytest.raises(DeviceRejectedError) as raised:
         table.read(["torque"])
-    assert "no row for load 0 N, frequency 10 Hz" in str(raised.value)
+    assert "no row for load 0 N, frequency 600 rpm" in str(raised.value)
     places = "load 0 N, frequency 30 rpm; load 1 kN, frequency 30 rpm; load 1 kN, frequency 10 Hz"
     assert raised.value.hint == f"it has rows for {places}"
 

@@ -108,4 +108,5 @@ def _text(path: Path) -> str:
             raise DataError(f"{path} is longer than {LONGEST_FILE} bytes", hint="add it in parts")
         return text if is_stdin else list_text(path.read_bytes(), str(path))
     except (OSError, UnicodeDecodeError) as error:
-        raise DataError(f"cannot read {path}: {error}") from error
+        reason = getattr(error, "strerror", None) or error
+        raise DataError(f"cannot read {path}: {reason}") from error
