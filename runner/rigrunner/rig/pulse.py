@@ -45,18 +45,20 @@ class Pulse:
 
     def left_s(self) -> float:
         """Return the time until progress is overdue; infinity while a person acts."""
-        return math.inf if self._people else self._until_s - self._now_s
+        if self._people:
+            return math.inf
+        # Compared here: a thread that notes progress then loses no call that begins meanwhile.
+        return max(self._until_s, self._given_up_s, *self._running) - self._now_s
 
     def note(self, event: object = None) -> None:  # noqa: ARG002  (of an EventSink)
         """Note progress; an event sink."""
-        self._until_s = max(self._now_s + self.usual_s, self._given_up_s, *self._running)
+        self._until_s = self._now_s + self.usual_s
 
     @contextmanager
     def call(self, limit_s: float) -> Iterator[None]:
         """Allow a call of a device its time limit."""
         until_s = self._now_s + limit_s + self.usual_s
         self._running.append(until_s)
-        self._until_s = max(self._until_s, until_s)
         if limit_s > self.usual_s and self._announce is not None:
             self._announce(limit_s + self.usual_s)
         try:
