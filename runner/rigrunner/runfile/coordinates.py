@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, cast
 
+import h5py
 import numpy as np
 
 from rigrunner.api.coordinates import coordinate_text
@@ -13,12 +14,12 @@ from rigrunner.runfile.hdf5 import free_name, new_group, write_ascii
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping, Sequence
 
-    import h5py
-
     from rigrunner.api.coordinates import Coordinate
     from rigrunner.api.data import Measurement
 
 _GROUP = "coordinates"
+_WRITTEN = ("setpoints", _GROUP, "values")
+"""Groups with members that may have a unit of the procedure."""
 
 
 def write_coordinates(
@@ -38,9 +39,7 @@ def write_coordinates(
 
 def read_coordinates(parent: h5py.Group) -> tuple[dict[str, Coordinate], dict[str, str]]:
     """Read coordinates and their units. Runs of earlier versions have none."""
-    if _GROUP not in parent:
-        return {}, {}
-    attributes = {str(member.attrs["name"]): member.attrs for member in parent[_GROUP].values()}
+    attributes = {str(member.attrs["name"]): member.attrs for member in _members(parent, _GROUP)}
     # h5py gives numbers as numpy's own, and texts.
     stored = {name: attrs["value"] for name, attrs in attributes.items()}
     values = {
@@ -53,7 +52,7 @@ def read_coordinates(parent: h5py.Group) -> tuple[dict[str, Coordinate], dict[st
 
 def write_written(parent: h5py.Group, written_in: Mapping[str, str]) -> None:
     """Write the number and unit of each set-point and coordinate as in the procedure."""
-    for member in _members(parent):
+    for member in _members(parent, *_WRITTEN):
         if symbol := written_in.get(str(member.attrs["name"])):
             # A coordinate is a group with attributes, a set-point a scalar dataset.
             value = member.attrs["value"] if "value" in member.attrs else member[()]
@@ -66,7 +65,7 @@ def write_written_columns(table: h5py.Group, rows: Sequence[Measurement]) -> Non
 
     None if the rows of a column have several units: the events have them.
     """
-    for member in _members(table):
+    for member in _members(table, *_WRITTEN):
         name = str(member.attrs["name"])
         rows_with_it = [
             row
@@ -83,15 +82,16 @@ def read_written(parent: h5py.Group) -> dict[str, str]:
     """Read the units of set-points and coordinates in the procedure, by name."""
     return {
         str(member.attrs["name"]): str(member.attrs["written_in"])
-        for member in _members(parent)
+        for member in _members(parent, *_WRITTEN)
         if "written_in" in member.attrs
     }
 
 
-def _members(parent: h5py.Group) -> Iterator[h5py.Group | h5py.Dataset]:
-    for group in ("setpoints", _GROUP, "values"):
-        if group in parent:
-            yield from parent[group].values()
+def _members(parent: h5py.Group, *groups: str) -> Iterator[h5py.Group | h5py.Dataset]:
+    for name in groups:
+        # A channel may have such a name: it is a dataset.
+        if isinstance(group := parent.get(name), h5py.Group):
+            yield from group.values()
 
 
 def write_coordinate_columns(table: h5py.Group, rows: Sequence[Measurement]) -> None:

@@ -358,6 +358,14 @@ def test_any_recordings_round_trip(tmp_path_factory, originals, data):
     assert loose.digest == sealed.digest
 
 
+def test_channels_may_have_the_names_of_groups(tmp_path):
+    channels = {"values": np.ones(3), "coordinates": np.zeros(3), "setpoints": np.arange(3.0)}
+    units = dict.fromkeys([*channels, *TWO[0].setpoints, *TWO[0].conditions], "V")
+    named = replace(TWO[0], channels=channels, units=units)
+    write_run(tmp_path / "run", [named], block=3).seal()
+    assert_same_recording(read(tmp_path / "run").recordings[0], named)
+
+
 def test_each_recording_keeps_the_zero_in_force(tmp_path):
     with RunWriter(tmp_path / "run", header_of()) as writer:
         emit = emitter_of(writer)
