@@ -201,7 +201,7 @@ def test_journal_that_is_gone_after_the_run_is_reported(tmp_path):
     with RunWriter(tmp_path / "run", header_of()) as writer:
         run(FakeTester(), critical=[writer])
         (tmp_path / "run" / "journal").rename(tmp_path / "elsewhere")
-        for work in (writer.read, writer.seal, lambda: read(tmp_path / "run")):
+        for work in (writer.read_with_truth, writer.seal, lambda: read(tmp_path / "run")):
             with pytest.raises(DataError, match=r"run"):
                 work()
 
@@ -217,7 +217,7 @@ def test_broken_disk_at_the_end_is_reported(tmp_path, monkeypatch, where, name):
         run(FakeTester(), critical=[writer])
         with monkeypatch.context() as patched:
             patched.setattr(where, name, fail)
-            for work in (writer.seal, *((writer.read,) if name != "close" else ())):
+            for work in (writer.seal, *((writer.read_with_truth,) if name != "close" else ())):
                 with pytest.raises(DataError, match=r"run: Input/output error"):
                     work()
 
