@@ -7,6 +7,7 @@ import pytest
 
 from benchmarks.command import benchmark, names
 from benchmarks.frame import Scale
+from helpers_lacking import require_pdf
 
 pytestmark = pytest.mark.figures
 
@@ -31,6 +32,8 @@ def test_counted_work_is_within_its_bound(name):
 @pytest.mark.thorough
 @pytest.mark.parametrize("name", names())
 def test_short_form_runs(name):
+    if name == "waiting":
+        require_pdf()
     figures = benchmark(name).measure(Scale(short=True))
     assert any(figure.role == "ours" and figure.value for figure in figures)
     assert benchmark(name).__doc__

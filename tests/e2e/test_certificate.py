@@ -503,6 +503,7 @@ def test_run_without_a_result_is_not_certified(quick, lab, tmp_path, registry):
 
 @pytest.mark.thorough
 def test_further_copy_needs_a_reason(quick, tmp_path):
+    require_pdf()
     lab = make_letterhead(tmp_path / "letterhead")
     order = ("--customer", "Muster", "--customer-contact", "x", "--item", "bearing")
     order += ("--item-condition", "new", "--received", "2026-02-27", "--not-for-certification")

@@ -167,9 +167,8 @@ class Half:
         self._inner = inner
         self._streamed = streamed
         self._begins = role.endswith("bridge")
-
-    def __getattr__(self, name):
-        return getattr(self._inner, name)
+        for name in set(dir(inner)) - set(dir(self)):
+            setattr(self, name, getattr(inner, name))
 
     def stream(self, channels, duration_s, stop):
         if self._begins:

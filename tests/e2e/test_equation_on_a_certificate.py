@@ -13,6 +13,7 @@ from helpers_any_quantity import STATION, written
 from helpers_certificate import make_letterhead
 from helpers_cli import call
 from helpers_figures import drawn
+from helpers_lacking import require_pdf
 from rigrunner.proof.pdf import text_of
 
 PROCEDURE = """\
@@ -85,6 +86,7 @@ def test_content_has_equation_and_budget_of_the_deciding_value(issued):
 
 @pytest.mark.thorough
 def test_every_form_shows_equation_and_budget_and_verifies(issued):
+    require_pdf()
     page = form(issued, ".html").read_text(encoding="utf-8")
     section = page.split('<section id="models">')[1].split("</section>")[0]
     assert 'alttext="P = U**2 / R"' in section

@@ -161,6 +161,19 @@ def test_invalid_declaration_of_device_is_refused(device, problem):
     assert "rigrunner check-plugin press" in caught.value.hint
 
 
+@pytest.mark.skipif(sys.version_info < (3, 12), reason="a Protocol counts __getattr__ there")
+def test_members_that_getattr_gives_are_named():
+    class Delegating:
+        def __getattr__(self, name):
+            return getattr(FakeTester(), name)
+
+    (problem,) = declaration_problems(Delegating())
+    assert problem == (
+        "its factory gave a Delegating,"
+        " of which __getattr__ gives members that its class must define"
+    )
+
+
 def test_channel_in_unknown_unit_is_accepted():
     device = Pressed([ChannelInfo("light", "lx", "Light")])
     assert list(declaration_problems(device)) == []

@@ -25,7 +25,10 @@ def declaration_problems(device: object) -> Iterator[str]:
     """
     if not isinstance(device, Device):
         missing = [name for name in _LEAST if not hasattr(device, name)]
-        yield f"its factory gave a {type(device).__name__}, which has no {', '.join(missing)}"
+        what = f"which has no {', '.join(missing)}"
+        if not missing:  # from Python 3.12 on
+            what = "of which __getattr__ gives members that its class must define"
+        yield f"its factory gave a {type(device).__name__}, {what}"
         return
     for what, infos, kind in (
         ("channel", device.channels, ChannelInfo),
