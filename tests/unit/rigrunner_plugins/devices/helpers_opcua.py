@@ -60,7 +60,7 @@ class Bench:
 
     def start(self):
         self._thread.start()
-        assert self._ready.wait(30)
+        assert self._ready.wait(300)
         return self
 
     def stop(self):
