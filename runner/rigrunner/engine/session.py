@@ -274,12 +274,7 @@ class Session:
         """Return a function that moves a drive repeatedly, as `lead` does."""
         if self.rig.led_rate_per_s(role, drive) is None:
             return self.setter(role, drive)
-
-        def lead(value: float) -> float:
-            self.check()
-            return self.lead(role, drive, value)
-
-        return lead
+        return partial(self.lead, role, drive)
 
     def ramp(self, role: str, drive: str, start: float, end: float, duration_s: float) -> float:
         """Set a drive repeatedly, so that it follows the line from start to end."""

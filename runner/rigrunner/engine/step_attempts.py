@@ -42,11 +42,11 @@ def do_step(
         done = _try(Attempt(index, step, number, total, session.rig.cycles), session, notes)
         if done is not None:
             return done
-    return Done()  # not reached: the last attempt is never tried again
+    return Done()  # the last attempt failed, and the run continues
 
 
 def _try(attempt: Attempt, session: Session, notes: Notes) -> Done | None:
-    """Return how the step ended; None if it is repeated.
+    """Return how the step ended; None if it failed, and is repeated or passed over.
 
     Raises errors that end the run. A value is recorded before it is judged: it counts, and is not
     read again.
@@ -78,7 +78,7 @@ def _try(attempt: Attempt, session: Session, notes: Notes) -> Done | None:
         retry, passed_over = _failed(attempt, error, notes)
         attempt.end(notes.try_emit, result, ok=False)
         if retry or passed_over:
-            return None if retry else Done()
+            return None
         raise
     attempt.end(session.emit, result, ok=True)
     # A step that judges its values itself, or is a condition, has no limits in its terms.

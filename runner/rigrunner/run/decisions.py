@@ -192,7 +192,7 @@ def _refuse_other_results(result: Result, acceptance: Acceptance, analyses: Sequ
     definitions = {entry.name: entry.of for entry in entries}
     for limit in acceptance.limits:
         if limit.of not in definitions:
-            names = ", ".join(definitions) or "none"
+            names = ", ".join(definitions)
             raise DataError(
                 f"{result.run.run_id} has no result '{limit.of}'", hint=f"results: {names}"
             )

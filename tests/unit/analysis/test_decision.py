@@ -201,6 +201,16 @@ def test_all_places_without_a_value_are_reported():
     )
 
 
+def test_missing_result_of_another_name_does_not_count():
+    wear = MissingResult(
+        of=ResultDefinition(name="wear", unit="µm"), coordinates={}, why="it clips"
+    )
+    results = replace(evidence(points={1: 0.5}), missing=(wear,))
+    for value_limit in (limit(), each_frequency()):
+        decision = decide(accept(value_limit), results)
+        assert (decision.verdict, len(decision.parts)) == (Verdict.PASS, 1)
+
+
 BREAKAWAY = limit(
     "0.9039 N·m",
     min="0.0282 N·m",

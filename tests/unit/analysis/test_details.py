@@ -9,6 +9,7 @@ import pytest
 
 from rigrunner.analysis.analyse import analyse
 from rigrunner.analysis.document import document
+from rigrunner.analysis.verdict.document import verdict_in
 from rigrunner.api import (
     AnalysisDetails,
     AnalysisRecord,
@@ -84,6 +85,29 @@ def test_third_party_details_are_found_by_class_and_documented():
     content = document(result(Wear()))
     assert content["wear_track"] == {"value": 12.5, "unit": "µm"}
     assert content.keys() >= REQUIRED_KEYS
+
+
+@pytest.mark.parametrize(("recording", "stated"), [("002_20Hz", "002_20Hz"), ("", None)])
+def test_document_names_the_recording_of_a_limited_value(recording, stated):
+    analysed = limited()
+    row = replace(analysed.run.measurements[0], recording=recording)
+    analysed = replace(analysed, run=replace(analysed.run, measurements=(row,)))
+    (value,) = document(analysed)["limits"]["values"]
+    assert value["recording"] == stated
+
+
+@pytest.mark.parametrize(
+    ("stored", "verdict"),
+    [
+        ({"verdict": {"verdict": "fail"}, "decision": {"verdict": "pass"}}, "fail"),
+        ({"verdict": None, "decision": None}, ""),
+        ({"decision": {"verdict": "pass"}}, "pass"),  # without limits on measured values
+        ({"decision": None}, ""),
+        (None, ""),
+    ],
+)
+def test_verdict_of_a_stored_result(stored, verdict):
+    assert verdict_in(stored) == verdict
 
 
 def test_document_without_torque_keeps_all_keys():

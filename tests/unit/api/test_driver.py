@@ -346,3 +346,8 @@ def test_driver_with_drives_needs_put():
     press.connect(1.0)
     with pytest.raises(NotImplementedError):
         press.begin("load", 100.0)
+
+
+def test_driver_with_readings_needs_get_reading(press):
+    with pytest.raises(NotImplementedError):
+        press.get_reading("serial")

@@ -8,7 +8,7 @@ from dataclasses import replace
 import pytest
 
 from helpers_devices import FakeTester, Listener, record
-from rigrunner.api.errors import DeviceRejectedError
+from rigrunner.api.errors import DeviceLostError, DeviceRejectedError
 from rigrunner.api.events import Intervention, MadeSafe, Outcome, RunEnded, StepEnded, StepStarted
 from rigrunner.api.member import Member
 from rigrunner.api.units import unit
@@ -75,6 +75,19 @@ def test_failed_step_ends_run_unless_it_continues():
     summary, listener, _ = by_hand(lambda _: iter([continues, RECORD]), Stubborn())
     assert (summary.outcome, len(listener.of(StepStarted))) == (Outcome.COMPLETED, 2)
     assert "stuck" in summary.passed_over[0]
+
+
+def test_manual_session_is_never_resumable():
+    """There is no plan to resume, even if the session ended with a lost device."""
+
+    def lose(call):
+        if call.startswith("set"):
+            raise DeviceLostError("cable")
+
+    summary, listener, _ = by_hand(lambda _: iter([SET]), FakeTester(before=lose))
+    assert isinstance(summary.error, DeviceLostError)
+    assert not summary.resumable
+    assert [event.resumable for event in listener.of(RunEnded)] == [False]
 
 
 def test_stop_request_aborts_between_steps():

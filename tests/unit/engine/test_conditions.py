@@ -10,6 +10,7 @@ from helpers_devices import FakeTester, Listener, run
 from helpers_language import STATION, edited, only_problem
 from rigrunner.api.data import Estimate
 from rigrunner.api.events import Note, Outcome, StepEnded, StepStarted
+from rigrunner.clock import SimulatedClock
 from rigrunner.engine import find_resume_point, streams_before
 from rigrunner.engine.points import may_be_skipped
 from rigrunner.plan import make_plan
@@ -146,6 +147,27 @@ def test_run_can_be_stopped_during_calculation_of_result():
     end.set()
     assert summary.outcome is Outcome.ABORTED
     assert (passes(listener.events), wear.count) == ([1], 1)
+
+
+class Progress(SimulatedClock):
+    """A clock that sets an event when it is used without waiting."""
+
+    def __init__(self):
+        super().__init__()
+        self.made = threading.Event()
+
+    def sleep(self, seconds):
+        super().sleep(seconds)
+        if not seconds:
+            self.made.set()
+
+
+def test_long_calculation_of_result_is_progress_for_guardian():
+    """The guardian makes a rig safe whose run does not use its clock any more."""
+    clock, made = Progress(), []
+    wear = Wear(ends=lambda: made.append(clock.made.wait(2)))
+    run(FakeTester(), plan_of(BY_RESULT.replace("0.3 mm", "0.05 mm")), clock=clock, results=wear)
+    assert made == [True]
 
 
 def test_condition_on_result_fails_without_calculation():

@@ -466,3 +466,17 @@ def test_text_names_value_that_tripped_and_value_that_cleared():
     assert watch.text == "tester.load is 3000 N, above 2000 N"
     take(watch, 1000.0, 2.0)
     assert watch.text == "tester.load is 1000 N again"
+
+
+def test_times_of_samples_follow_a_slow_clock():
+    """It loses 0.5 ms in a second, and the last good sample is that of 100.05 s before."""
+    clock = SimulatedClock()
+    rig = Rig({"tester": FakeTester()}, clock)
+    guard = Guard([HOT], rig, lambda *_args, **_more: None)
+    for block in range(10):
+        clock.sleep(100.05)
+        values = np.zeros(1000)
+        values[-1] = 9e3 * (block == 9)
+        guard.feed("tester", Block(10.0, 1000 * block, 0.0, {"load": values}))
+    (watch,) = guard.tripped
+    assert watch.latency_s == pytest.approx(100.05, abs=0.01)

@@ -17,12 +17,14 @@ from rigrunner.api.events import (
     StepEnded,
     StepStarted,
 )
+from rigrunner.api.limits import ValueLimit
 from rigrunner.api.member import Member
 from rigrunner.api.units import unit
 from rigrunner.engine import Choice, Interference
 from rigrunner.engine.pausing import StopNow
 from rigrunner.engine.points import point_at, settles_before
 from rigrunner.plan.actions import Interlock, Phase, Plan, PlannedStep, Terms
+from rigrunner.steps.measure import Measure
 from rigrunner.steps.ramp import Ramp
 from rigrunner.steps.scan import Scan
 from rigrunner.steps.set_drives import SetDrive
@@ -416,6 +418,28 @@ def test_skipping_last_point_completes_run_without_teardown():
     assert summary.passed_over == (f"{point}: skipped by Ada: worn",)
 
 
+def test_value_out_of_limits_in_teardown_of_skipped_call_stops_run():
+    """The call is left, as by its end: its teardown counts as it does there."""
+    point, within = ("main[0].repeat[0]",), ("main[0].repeat[0].call",)
+    terms = Terms(limits=(ValueLimit("tester.load", maximum=5.0, unit="N"),))
+    load, read = Member("tester", "load"), {"tester.load": "N"}
+    parts = (
+        (Phase.MAIN, Settle(0.5), Terms()),
+        (Phase.TEARDOWN, Measure("end", (load,), 0.0, {}, read), terms),
+    )
+    steps = [
+        PlannedStep(f".{n}", phase, action, "", 1.0, how, points=point, calls=within)
+        for n, (phase, action, how) in enumerate(parts)
+    ]
+    after = PlannedStep("main[1]", Phase.MAIN, Settle(0.5), "", 1.0)
+    summary, listener, _, _ = pausing_run(
+        steps[0].path, decided(Choice.SKIP, "worn"), plan=Plan((*steps, after))
+    )
+    assert summary.outcome is Outcome.STOPPED_AT_LIMIT
+    assert summary.reason.startswith("tester.load is 1000 N")
+    assert after.path not in [event.step for event in listener.of(StepStarted)]
+
+
 def test_actions_during_pause_are_recorded_before_it_ends():
     class Counting(Talkative):
         def decide(self, paused, watch):
@@ -453,6 +477,21 @@ class Watcher(Person):
 
     def show(self, rig):
         self.looks.append((rig.read("tester", ["torque"]), self.is_recording()))
+
+
+def test_channels_are_shown_during_pause():
+    class Looking(Watcher):
+        def decide(self, paused, watch):
+            before = len(self.looks)
+            decision = super().decide(paused, watch)
+            counts.append(len(self.looks) - before)
+            return decision
+
+    counts = []
+    person = Looking([decided(Choice.RESUME)], pausing=True)
+    person.looks, person.is_recording = [], bool
+    run(FakeTester(), sweep(), pauses=person, clock=person.clock)
+    assert counts == [1]
 
 
 def test_channels_are_shown_during_waits_but_not_recordings():

@@ -370,6 +370,11 @@ def test_cycles_continue_from_last_recorded_step():
     assert find_resume_point(plan.steps, events, "Ada").cycles == {"tester": 10.0 * last}
 
 
+def test_start_of_step_that_reads_nothing_does_not_reset_cycles():
+    """It is recorded without a number of cycles; 10 Hz lasted for 0.5 s before."""
+    assert resume_point_at(sweep(), f"{SECOND}.setdrive").cycles == {"tester": 5.0}
+
+
 def test_cycles_of_setup_do_not_count():
     plan = plan_of()
     events = [with_cycles(event, {"tester": 7.0}) for event in events_until(plan, "setup[3]")]

@@ -122,6 +122,22 @@ def test_traceback_of_tolerated_failure_is_kept(terms):
     assert traced == [fault.error]
 
 
+def test_message_of_driver_precedes_the_failure_that_it_explains():
+    clock, listener = SimulatedClock(), Listener()
+
+    def lose(call):
+        if call.startswith("read"):
+            rig.messages.take("tester", "warning", "low voltage")
+            raise DeviceLostError("cable")
+
+    rig = Rig({"tester": FakeTester(before=lose)}, clock)
+    rig.connect()
+    never = threading.Event()
+    run_plan(steps(LOAD), rig, Bus([listener]), clock, UnattendedAnswers(), never, "logged")
+    alarms = [(event.source, event.text) for event in listener.of(Alarm)]
+    assert alarms == [("device tester", "warning: low voltage"), ("main[0]", "tester: cable")]
+
+
 @pytest.mark.parametrize("error", [KeyboardInterrupt(), ZeroDivisionError("bug")])
 def test_interrupts_and_bugs_are_not_retried(error):
     fault = NthCall(0, error, never=("connect", "make_safe"))

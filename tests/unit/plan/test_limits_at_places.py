@@ -61,3 +61,12 @@ def test_limit_that_does_not_match_its_result_is_refused(checked, limit, place, 
     assert done.code == 3
     assert words in done.err
     assert place in done.err
+
+
+def test_limit_at_a_place_that_its_result_does_not_have_is_one_problem(checked):
+    """Whether 70 N can be a temperature does not matter then."""
+    limit = "where: {bench.temperature: 70 N}\n      max: 101 Ω"
+    text = PROCEDURE.replace("per: bench.temperature, ", "").replace("LIMIT", limit)
+    done = checked(text)
+    assert "'R' has no coordinate 'bench.temperature'" in done.err
+    assert done.err.count("p.yaml:") == 1

@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from rigrunner.proof.compare import mismatches
+from rigrunner.proof.compare import _words, mismatches
 
 ESTIMATE = {"value": 0.72731572, "expanded_uncertainty_95": 0.0093946, "unit": "N·m"}
 
@@ -74,6 +74,12 @@ def test_difference_is_located_by_readable_path():
     assert differences(recorded, derived) == [
         "points/001_5Hz/load/value: 1000 is recorded, 1010 was derived"
     ]
+
+
+@pytest.mark.parametrize("derived", [None, 1.0, {"a": 1}])
+def test_list_differs_from_what_is_no_list(derived):
+    (difference,) = differences({"values": [1.0]}, {"values": derived})
+    assert difference == f"values: [1.0] is recorded, {_words(derived)} was derived"
 
 
 def test_missing_members_are_reported_and_newer_ones_are_not():

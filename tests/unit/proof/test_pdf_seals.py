@@ -8,13 +8,14 @@ from pathlib import Path
 
 import pytest
 from pypdf import PdfWriter
+from pypdf.generic import DictionaryObject, NameObject, NullObject, NumberObject
 
 from e2e.helpers_forgery import appended, sealed_pdf
 from rigrunner.api.errors import DataError
 from rigrunner.documents.verifying.document import _check_appended
 from rigrunner.documents.verifying.forms import Form
 from rigrunner.documents.verifying.verification import Verification
-from rigrunner.proof.pdf import first_difference, reader
+from rigrunner.proof.pdf import _Comparison, first_difference, reader
 from rigrunner.proof.pdf_seals import additions_to
 from rigrunner.proof.seal import issued_part
 
@@ -219,3 +220,15 @@ def test_rewritten_pdf_with_the_same_pages_is_equal():
 @pytest.mark.parametrize("change", [replace_content, edit_content, edit_font, draw_over, crop])
 def test_changed_drawing_is_a_difference(change):
     assert first_difference(appended(ISSUED, change), ISSUED) != ""
+
+
+@pytest.mark.parametrize(
+    ("one", "other", "place"),
+    [
+        (DictionaryObject({NameObject("/A"): NumberObject(1)}), NullObject(), "the catalogue"),
+        (NumberObject(1), NullObject(), "/A"),
+    ],
+)
+def test_object_of_another_type_is_located(one, other, place):
+    where = "" if place == "the catalogue" else place
+    assert list(_Comparison(bytes.__eq__).differences(one, other, where)) == [place]

@@ -60,6 +60,13 @@ def test_every_changed_byte_is_located(suffix):
             assert part.end - part.start <= 512
 
 
+def test_inserted_bytes_are_located_from_their_block_on():
+    """All that follows is shifted: 700 more bytes are at least one more block of 512."""
+    sealed = seal(HTML, ".html")
+    (part,) = check_seal(sealed[:1500] + b"x" * 700 + sealed[1500:], ".html")
+    assert (part.start, part.end) == (1024, len(HTML) + 700)
+
+
 @given(st.binary(max_size=3000), st.sampled_from(list(FORMS)), st.data())
 def test_insertions_and_deletions_are_detected(content, suffix, data):
     sealed = seal(content + FORMS[suffix].opened, suffix)

@@ -84,6 +84,16 @@ def test_private_key_is_owner_only_and_never_overwritten(key):
         new_key(key)
 
 
+def test_key_made_at_the_same_time_is_not_overwritten(tmp_path):
+    path = tmp_path / "lab.key"
+    path.write_text("of another process", encoding="utf-8")
+    with pytest.raises(UsageError, match=r"lab\.key exists") as caught:
+        new_key(path)
+    assert caught.value.hint == "keys are never overwritten"
+    assert path.read_text(encoding="utf-8") == "of another process"
+    assert [file.name for file in tmp_path.iterdir()] == ["lab.key"]
+
+
 def test_protected_key_needs_its_passphrase(tmp_path):
     path = tmp_path / "lab.key"
     new_key(path, "open sesame")

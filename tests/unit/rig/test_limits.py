@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from contextlib import nullcontext
+from dataclasses import replace
 
 import pytest
 
-from helpers_devices import FakeTester
+from helpers_devices import DRIVES, FakeTester
 from rigrunner.api.devices import DriveInfo
 from rigrunner.api.errors import DeviceLostError, DeviceRejectedError, DeviceTimeoutError
 from rigrunner.api.member import Member
@@ -142,6 +143,26 @@ def test_resume_after_make_safe_moves_nothing():
     rig.make_safe()
     rig.resume()
     assert "resume" not in patient.calls
+
+
+def test_resume_moves_only_a_paused_device():
+    patient = Patient()
+    rig = rig_of(patient)
+    rig.set("tester", "frequency", 20.0)
+    patient.drives_at["frequency"] = 5.0
+    assert not rig.resume_leads_away("tester", "frequency")
+    rig.pause()
+    assert rig.resume_leads_away("tester", "frequency")
+
+
+@pytest.mark.parametrize(("set_point", "away"), [(9.9, False), (10.0, False), (10.1, True)])
+def test_resume_leads_away_if_farther_from_safe_than_position(set_point, away):
+    """It stands at 0 Hz while paused, 5 Hz below its safe value."""
+    patient = Patient(drives=(replace(DRIVES[1], safe_value=5.0),))
+    rig = rig_of(patient)
+    rig.set("tester", "frequency", set_point)
+    rig.pause()
+    assert rig.resume_leads_away("tester", "frequency") is away
 
 
 @pytest.mark.parametrize(("value", "away"), [(7.0, False), (6.0, False), (7.5, True)])

@@ -454,6 +454,14 @@ def test_slow_connect_is_allowed_by_patience():
     rig.close()
 
 
+def test_connect_that_never_returns_is_given_up():
+    release = threading.Event()
+    hanging = FakeTester(non_blocking=False, before=lambda _: release.wait(5.0))
+    failed = rig_of(hanging, connect_s=0.02).connect_each()
+    release.set()
+    assert failed == {"tester": "tester: 'connect' did not return within 0.04 s"}
+
+
 def test_unsafe_rig_is_noted_once():
     error, report = ValueError("first"), SafetyReport("tester", problems=("load stays",))
     for _ in range(2):

@@ -384,7 +384,7 @@ def test_failing_ordered_device_is_set_drive_by_drive_only_in_second_turn():
 
 
 def test_interrupts_abandon_device_that_never_answers(monkeypatch):
-    """With unlimited patience nothing else would end the wait."""
+    """With unlimited patience nothing else would end the wait: the third one does."""
     release, interrupts = threading.Event(), iter(range(3))
     real = threading.Thread.join
 
@@ -401,6 +401,7 @@ def test_interrupts_abandon_device_that_never_answers(monkeypatch):
     monkeypatch.setattr(threading.Thread, "join", join)
     tester, oven = rig.make_safe()
     release.set()
+    assert next(interrupts, None) is None
     assert tester.problems == ("make safe was interrupted from the keyboard",)
     assert oven.safe
 
@@ -443,6 +444,16 @@ def test_drive_without_read_back_is_left_to_its_device():
     assert drive_report.problems == ("make safe failed: there is no drive 'load' that can be set",)
     assert device_report.safe
     assert tester.calls == ["make_safe"]
+
+
+def test_device_that_cannot_be_set_is_not_set_drive_by_drive():
+    class Blind(StopsHalfWay):
+        read_back = None
+
+    rig = Rig({"tester": Blind(DeviceLostError("cable"))}, SimulatedClock())
+    rig.connect()
+    (report,) = rig.make_safe()
+    assert report.problems == ("make safe failed: cable",)
 
 
 def test_failing_drive_does_not_stop_setting_one_by_one():

@@ -82,6 +82,16 @@ def test_ctrl_c_while_reading_the_holder_is_raised(lock, monkeypatch):
         locks.holder_of(lock)
 
 
+@POSIX
+def test_ctrl_c_while_taking_a_lock_over_is_raised(lock, inherited, monkeypatch):
+    def interrupted(*_):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("fcntl.flock", interrupted)
+    with pytest.raises(KeyboardInterrupt), take_over([inherited], [lock], GUARDIAN):
+        pass
+
+
 def test_several_locks_are_held_and_released(lock, tmp_path):
     other = tmp_path / "oven.lock"
     with hold([lock, other], RUN):

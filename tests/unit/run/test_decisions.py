@@ -3,6 +3,7 @@ from __future__ import annotations
 import json
 import shutil
 from datetime import UTC, datetime
+from types import SimpleNamespace
 
 import pytest
 
@@ -10,7 +11,7 @@ import helpers_tester
 from rigrunner.api.errors import DataError, UsageError
 from rigrunner.procedure import Acceptance
 from rigrunner.registry import load_registry
-from rigrunner.run.decisions import Decider, decide_again, later_decisions
+from rigrunner.run.decisions import Decider, _refuse_other_results, decide_again, later_decisions
 from rigrunner.runfile import read
 
 WHO = Decider(by="A. Person", reason="a test", at=datetime(2026, 3, 2, tzinfo=UTC))
@@ -132,6 +133,17 @@ def test_limit_of_another_measurand_is_refused(folder):
     with pytest.raises(DataError, match="AS14101: the limit is for the no-load torque from rest"):
         decide(folder, Acceptance.model_validate({"limits": [limit]}))
     assert later_decisions(read(folder), folder) == ()
+
+
+def test_limit_of_unknown_result_is_refused():
+    entries = [SimpleNamespace(name=name, of=None) for name in ("torque", "drift")]
+    result = SimpleNamespace(
+        results=entries[:1], missing=entries[1:], means=(), run=SimpleNamespace(run_id="R-1")
+    )
+    wear = Acceptance.model_validate({"limits": [LIMIT | {"of": "wear"}]})
+    with pytest.raises(DataError, match="R-1 has no result 'wear'") as caught:
+        _refuse_other_results(result, wear, ["paper"])
+    assert caught.value.hint == "results: torque, drift"
 
 
 @pytest.mark.usefixtures("tester")

@@ -235,6 +235,31 @@ def test_limited_statistic_has_the_unit_of_its_channel(tmp_path):
     assert row.units == {"tester.load": "N", "tester.torque.maximum": "N·m"}
 
 
+def test_recording_without_limits_has_a_row_of_its_statistics():
+    fields = {"monotonic_s": 0.0, "utc": "", "step": "main[0]", "index": 0, "recording": "a"}
+    fields |= {"action": "record", "units": {"tester.torque": "N·m"}}
+    mean = {"tester.torque.mean": 4.5}
+    events = [
+        StepStarted(seq=0, text="", **fields),
+        StepEnded(seq=1, ok=True, statistics=mean, **fields),
+    ]
+    (row,) = StoredEvents(events).measured.rows
+    assert (row.recording, row.values) == ("a", mean)
+    assert row.units == {"tester.torque.mean": "N·m"}
+    assert StoredEvents(events[:1]).measured.rows == ()
+
+
+def test_value_keeps_the_unit_in_which_it_is_written():
+    fields = {"monotonic_s": 0.0, "utc": "", "step": "main[0]", "index": 0, "action": "measure"}
+    values = {"tester.load": 1000.0, "tester.torque": 0.5}
+    events = [
+        StepStarted(seq=0, text="", written_in={"tester.load": "kN"}, **fields),
+        StepEnded(seq=1, ok=True, measurement="m", values=values, **fields),
+    ]
+    (row,) = StoredEvents(events).measured.rows
+    assert row.written_in == {"tester.load": "kN"}
+
+
 def test_repeated_step_is_ordered_by_its_last_attempt():
     events = [
         StepEnded(

@@ -172,3 +172,12 @@ def test_invalid_json_is_refused_but_ctrl_c_passes(monkeypatch):
     monkeypatch.setattr(json, "loads", interrupted)
     with pytest.raises(KeyboardInterrupt):
         event_from("{")
+
+
+def test_ctrl_c_while_converting_a_record_is_raised(monkeypatch):
+    def interrupted(*_):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(msgspec, "convert", interrupted)
+    with pytest.raises(KeyboardInterrupt):
+        event_from("[]")

@@ -22,7 +22,7 @@ from rigrunner.api.events import (
 from rigrunner.api.limits import ValueLimit
 from rigrunner.api.readings import ReadingLimit
 from rigrunner.runfile import RunWriter, codec, read, seal
-from rigrunner.runfile.measurements import measurement_digest
+from rigrunner.runfile.measurements import _decisions, measurement_digest
 from unit.runfile.helpers_runfile import emitter_of, header_of
 
 OLD = Path(__file__).parents[2] / "data" / "0.1.0" / "table" / "run.h5"
@@ -90,6 +90,17 @@ def test_row_digest_covers_expected_readings():
         "expected": [{"of": "press.door", "allowed": [True]}],
     }
     assert measurement_digest(row, 4) == sha256(document)
+
+
+def test_decisions_of_a_row_are_those_on_values_and_readings():
+    row = replace(
+        ROW,
+        limits=(LIMIT,),
+        readings={"press.door": False},
+        expected=(ReadingLimit("press.door", (True,)),),
+    )
+    passes = {name: within for name, (_, within) in _decisions(row).items()}
+    assert passes == {"press.torque": False, "press.door": False}
 
 
 def test_row_out_of_limits_round_trips(tmp_path):

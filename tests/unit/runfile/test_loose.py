@@ -14,7 +14,7 @@ from rigrunner.api.events import RunStarted, Scanned, StepStarted
 from rigrunner.runfile import codec, read
 from rigrunner.runfile.folder import RunFolder
 from rigrunner.runfile.journal import JournalWriter, Kind
-from rigrunner.runfile.loose import Rows
+from rigrunner.runfile.loose import Rows, read_journal
 from unit.runfile.helpers_runfile import header_of
 
 FIRST = Scanned(
@@ -66,7 +66,9 @@ def test_older_journal_of_a_killed_run_is_read(tmp_path):
     ):
         writer.append(Kind.EVENT, codec.event_text(event).encode())
     writer.append(Kind.ROW, row(8, 1.75, 1, NOON_MS + 250, 1.0, 20.0, 19.8, 0.2))
+    writer.append(Kind.TRUTH, codec.truth_bytes("002", {"torque_nm": 0.7}))
     writer.close()
+    assert read_journal(folder).truth == {"002": {"torque_nm": 0.7}}
     rows = read(tmp_path / "run").measurements
     assert [dict(row.setpoints) for row in rows] == [
         {"a.speed": 1.0, "a.load": 10.0}, {"a.speed": 1.0, "a.load": 20.0},

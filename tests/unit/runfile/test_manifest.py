@@ -282,6 +282,7 @@ def rewrite(change):
     [
         (rewrite(lambda items: items | {"format": "manifest/0"}), "it is not of the format"),
         (rewrite(lambda items: [items]), "it is not of the format"),
+        (rewrite(lambda items: items | {"items": []}), "it is not in its canonical form"),
         (rewrite(lambda items: items | {"remark": "fine"}), "it holds more than its items"),
         (
             lambda file: file["entry/manifest"].attrs.update(remark="fine"),

@@ -7,7 +7,8 @@ from pathlib import Path
 import h5py
 import pytest
 
-from rigrunner.runfile.salvage import read_damaged, write_salvaged
+from rigrunner.runfile import read
+from rigrunner.runfile.salvage import _Reader, read_damaged, write_salvaged
 from unit.runfile.helpers_runfile import TWO, header_of, write_run
 
 PLACES = tuple(f"recordings/_{original.name}" for original in TWO)
@@ -24,6 +25,41 @@ def test_intact_file_loses_nothing(path):
     damaged = read_damaged(path)
     assert tuple(damaged.sound) == PLACES
     assert damaged.lost == ()
+    assert list(damaged.events) == list(read(path.parent).events)
+
+
+def test_run_keeps_its_name_in_another_folder(tmp_path):
+    sealed = write_run(tmp_path / "copy", TWO[:1], header=header_of("R-7")).seal()
+    assert read_damaged(sealed).header.run_id == "R-7"
+
+
+class Unlisted:
+    """A group whose list of members cannot be read."""
+
+    def __init__(self, error):
+        self.error = error
+
+    def __contains__(self, _name):
+        raise self.error
+
+
+def test_recordings_that_cannot_be_listed_are_those_of_the_manifest():
+    reader = _Reader(Unlisted(OSError("bad checksum")))
+    assert reader._members("recordings", ["recordings/_b", "recordings/_a", "events"]) == [
+        "_a", "_b",
+    ]  # fmt: skip
+    assert "cannot be listed, it is damaged: bad checksum" in reader.lost["recordings"].what
+    with pytest.raises(KeyboardInterrupt):
+        _Reader(Unlisted(KeyboardInterrupt()))._members("recordings", [])
+
+
+def test_unreadable_part_is_replaced_and_noted_as_lost():
+    def fail():
+        raise OSError("bad checksum")
+
+    reader = _Reader({})
+    assert reader._part("inputs", fail, {"operator": ""}) == {"operator": ""}
+    assert list(reader.lost) == ["inputs"]
 
 
 def test_run_without_partners_has_none(path):

@@ -125,6 +125,19 @@ def test_samples_are_unpacked_each_time_without_a_scratch_file(folder, unpacked,
     assert unpacked == [(0, 3000)] * 2
 
 
+def test_ctrl_c_while_reading_scratch_data_is_raised(folder, monkeypatch):
+    values, opened = torque(folder), scratch.Scratch._open
+
+    def interrupted(_self):
+        monkeypatch.setattr(scratch.Scratch, "_open", opened)
+        raise KeyboardInterrupt
+
+    values[:3000]
+    monkeypatch.setattr(scratch.Scratch, "_open", interrupted)
+    with pytest.raises(KeyboardInterrupt):
+        values[:3000]
+
+
 def test_half_of_the_free_space_is_left(folder, unpacked, monkeypatch):
     left = iter([100_000, 100_000, 76_000, 52_000, 52_000])
     monkeypatch.setattr(scratch, "_free_bytes", lambda: next(left))

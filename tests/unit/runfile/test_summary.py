@@ -42,3 +42,23 @@ def test_values_kept_in_another_file_are_refused(path, tmp_path):
         entry.create_dataset("zeros/tester_torque", (1,), "<f8", external=place)
     with pytest.raises(DataError, match="tester_torque is kept in another file"):
         read_summary(path)
+
+
+def test_summary_of_a_run_is_the_same_before_it_is_sealed(tmp_path):
+    writer = write_run(tmp_path / "run", TWO)
+    before = read_summary(tmp_path / "run")
+    after = read_summary(writer.seal())
+    assert (before.sealed, after.sealed) == (False, True)
+    for name in ("run_id", "started_utc", "outcome", "inputs", "approval", "recordings", "digest"):
+        assert getattr(before, name) == getattr(after, name), name
+    assert (before.run_id, before.outcome, before.recordings) == ("run", "completed", 2)
+
+
+def test_oversized_result_is_refused(path, monkeypatch):
+    assert read_summary(path).result_document == DOCUMENT
+    monkeypatch.setattr("rigrunner.runfile.summary._LONGEST", 1 << 16)
+    with h5py.File(path, "r+") as file:
+        del file["entry/analysis/result"]
+        file["entry/analysis/result"] = [ord(" ")] * (1 << 16) + [ord("0")]
+    with pytest.raises(DataError, match="/entry/analysis/result is not a text"):
+        read_summary(path)

@@ -11,7 +11,15 @@ import pytest
 
 from helpers_devices import FakeTester, Listener, run
 from rigrunner.api.errors import DataError
-from rigrunner.api.events import MadeSafe, Outcome, RunEnded, RunStarted, Scanned, StepEnded
+from rigrunner.api.events import (
+    MadeSafe,
+    Outcome,
+    RunEnded,
+    RunStarted,
+    Scanned,
+    StepEnded,
+    StepStarted,
+)
 from rigrunner.runfile import RunWriter, read, read_truth, seal
 from rigrunner.runfile.folder import RunFolder
 from rigrunner.runfile.journal import JournalWriter, Kind
@@ -277,6 +285,21 @@ def test_run_resumed_before_any_recording_starts_with_number_one(tmp_path):
         send_samples(emit, TWO[0], 1000)
         files = RunFolder(tmp_path / "run")
         assert files.sample_journals() == [files.samples(1)]
+
+
+def test_only_recordings_count_when_a_run_is_resumed(tmp_path):
+    with RunWriter(tmp_path / "run", header_of()) as writer:
+        emit = emitter_of(writer)
+        emit(RunStarted, run_id="run", steps=3, estimated_s=1.0)
+        for index, action in enumerate(("zero", "record")):  # without samples that are kept
+            emit(StepStarted, step=f"main[{index}]", index=index, action=action, text="")
+        start_recording(emit, TWO[0], 2)
+    with RunWriter(tmp_path / "run") as writer:
+        emit = emitter_of(writer)
+        start_recording(emit, TWO[1], 2)
+        send_samples(emit, TWO[1], 1000)
+        files = RunFolder(tmp_path / "run")
+        assert files.sample_journals() == [files.samples(2)]
 
 
 def test_small_blocks_are_joined_before_they_are_written(tmp_path, monkeypatch):

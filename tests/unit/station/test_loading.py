@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from helpers_language import STATION, edited, only_problem, place_of, problems_of
-from rigrunner.station import load_station, parse_station
+from rigrunner.station import InconsistentStationError, load_station, parse_station
 
 SHIPPED = Path(__file__).parents[3] / "procedures" / "stations"
 
@@ -102,3 +102,29 @@ def test_unknown_quantity_is_one_problem():
         "instruments[1].measures",
         "'amps' is not a quantity",
     )
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        (("instruments:\n", "instruments:\n  - fast\n"), "got 'fast', expected a mapping"),
+        (("    accuracy: {gain: 0.3 %, offset: 0.02 N·m, drift: 0.02 N·m, nonlinearity: 0.05 %}\n",
+          ""), "the key 'accuracy' is missing"),
+        (("serial: T-1", "serial: T-1\n    calibrated: 2026-02-01\n    due: 2026-01-01"),
+         "calibrated (2026-02-01) must not be after due (2026-01-01)"),
+    ],
+)  # fmt: skip
+def test_station_with_a_wrong_instrument_is_checked_further(change, message):
+    """The plan is then checked with a replacement, and all problems are reported at once."""
+    with pytest.raises(InconsistentStationError) as caught:
+        parse_station(edited(STATION, change), "s.yaml")
+    (problem,) = caught.value.problems
+    assert (problem.field, problem.message[: len(message)]) == ("instruments[0]", message)
+    assert caught.value.loaded.model.id == "bench-1"
+
+
+def test_problem_that_no_replacement_solves_is_reported_once():
+    text = edited(STATION, ("    full_scale: 10 N·m\n", ""))
+    problem = only_problem(parse_station, text, "s.yaml")
+    assert problem.field == "instruments[0]"
+    assert problem.message.startswith("the key 'full_scale' is missing, or a 'range'")

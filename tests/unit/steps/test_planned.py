@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import re
+
 import pytest
 
 from helpers_language import (
@@ -31,7 +33,7 @@ from rigrunner.steps.note import Note
 from rigrunner.steps.ramp import Ramp
 from rigrunner.steps.record import Record
 from rigrunner.steps.scan import Scan
-from rigrunner.steps.set_drives import SetDrive
+from rigrunner.steps.set_drives import SetDrive, SetStep
 from rigrunner.steps.settle import Settle
 from rigrunner.steps.wait import Wait
 
@@ -205,6 +207,23 @@ def test_repeat_expands_to_its_number_of_times():
     assert [step.path for step in steps][::2] == [
         f"main[1].sweep[0].steps[0].repeat[{n}].steps[0].wait" for n in range(3)
     ]
+
+
+def test_samples_of_every_third_recording_are_kept():
+    record = (
+        "record: {channels: [tester.angle, tester.torque], cycles: 5, keep_every: 3,"
+        " statistics: {tester.torque: [mean]}}"
+    )
+    steps = planned(f"repeat: {{times: 7, steps: [{record}]}}")
+    assert [step.action.kept for step in steps] == [True, False, False] * 2 + [True]
+
+
+def test_keys_of_a_set_step_are_its_drives():
+    schema = SetStep.model_json_schema()
+    assert set(schema["properties"]).isdisjoint({"drives"})
+    (pattern,) = schema["patternProperties"]
+    assert re.fullmatch(pattern, "tester.load")
+    assert schema["minProperties"] == 1
 
 
 def test_the_terms_of_a_step():

@@ -123,8 +123,7 @@ def _check_result(
         # as after writing and reading: the recorded one was read from its file
         derived = json.loads(json.dumps(document(result)))
         verification.take(what, mismatches(recorded, derived))
-    file = (path if path.is_dir() else path.parent) / RESULT_FILE
-    if path.is_dir() and file.exists():
+    if (file := path / RESULT_FILE).exists():
         verification.attempt(RESULT_FILE, lambda: _file_differences(recorded, file))
     return result
 

@@ -7,6 +7,7 @@ from types import SimpleNamespace
 
 import pytest
 
+from helpers_certificate import issue, make_letterhead
 from rigrunner.api.errors import UsageError
 from rigrunner.certificate.numbers import Numbers
 from rigrunner.documents.certifying.certify import _further_copy, _refuse_early_issue
@@ -53,3 +54,13 @@ def test_further_specimen_certificate_needs_a_reason(tmp_path):
     assert "a further copy, with a reason" in caught.value.hint
     copy = _further_copy(SOURCE, letterhead, request(tmp_path, "in German"), is_specimen=True)
     assert (copy.number, copy.reason, copy.by) == ("SPECIMEN-RR-2026-0001", "in German", "A")
+
+
+@pytest.mark.usefixtures("tester")
+def test_simulated_run_is_never_certified(tester_runs, tmp_path):
+    letterhead = make_letterhead(tmp_path / "letterhead")
+    with pytest.raises(UsageError, match="its data are simulated") as caught:
+        issue(tester_runs.loaded, letterhead, tmp_path / "out", not_for_certification=False)
+    assert caught.value.field == "not_for_certification"
+    assert not (tmp_path / "out").exists()
+    assert not (letterhead / "numbers").exists()

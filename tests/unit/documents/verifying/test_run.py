@@ -6,7 +6,9 @@ import shutil
 import h5py
 import pytest
 
-from rigrunner.documents.verifying.run import verify_run
+from rigrunner.api.errors import DataError
+from rigrunner.documents.verifying import run
+from rigrunner.documents.verifying.run import verify_run, versions
 from rigrunner.registry import load_registry
 from rigrunner.runfile.manifest import manifest_text
 
@@ -54,6 +56,18 @@ def test_changed_zero_is_located_in_the_file(folder):
     assert any("/entry/zeros/tester_torque (zero)" in text for text in verification.differences)
     assert not verification.matches
     assert any("not recomputed" in text for text in verification.information)
+
+
+def test_result_that_cannot_be_derived_is_a_difference(quick, monkeypatch):
+    def fail(*_):
+        raise DataError("no fit converges")
+
+    monkeypatch.setattr(run, "refuse_crashing", lambda _path: None)
+    monkeypatch.setattr(run, "analyse_stored", fail)
+    verification = verify_run(quick.loaded, load_registry())
+    assert verification.differences == [
+        "result recomputed from the raw samples: it cannot be derived: no fit converges"
+    ]
 
 
 @pytest.mark.thorough
@@ -110,3 +124,9 @@ def test_missing_manifest_of_the_first_format_is_only_reported(folder):
     assert verification.matches
     texts = verification.information
     assert any("without a manifest, by an older version" in text for text in texts)
+
+
+def test_only_recorded_versions_can_differ():
+    now = {"numpy": "2.0", "scipy": "1.9", "h5py": "3.0"}
+    then = {"numpy": "1.0", "scipy": "1.9"}
+    assert list(versions(then, now, "was recorded")) == ["numpy: 1.0 when it was recorded, 2.0 now"]

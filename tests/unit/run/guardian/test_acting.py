@@ -84,6 +84,16 @@ def test_log_of_manual_mode_has_entry_of_guardian(rig, act):
     assert SAFE in rig.run.read_text()
 
 
+def test_rig_without_run_leaves_files_only_in_its_lab(rig, act, tmp_path, monkeypatch):
+    """`Path("")` is the current folder: it is that of no run."""
+    rig.run = ""
+    rig.mark()
+    (tmp_path / "here").mkdir()
+    monkeypatch.chdir(tmp_path / "here")
+    assert SAFE in act()
+    assert list((tmp_path / "here").iterdir()) == []
+
+
 def test_rig_not_energised_is_left_alone(rig, act):
     assert f"{REASON}; the rig was not energised" in act()
     rig.mark(safe_by="somebody made it safe")
@@ -118,6 +128,7 @@ def test_stuck_drive_is_tried_four_times_then_a_person_is_called(rig, act, monke
     assert len(attempts) == 4
     assert "THE RIG IS NOT SAFE: psu" in output
     assert "Go to the rig." in output
+    assert "psu is safe" not in output
     assert SAFE not in output
     assert "THE RIG IS NOT SAFE: psu" in (rig.run / "guardian.txt").read_text()
     assert not read_marker("bench").safe_by

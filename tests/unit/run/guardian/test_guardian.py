@@ -5,6 +5,7 @@ from __future__ import annotations
 import bdb
 import io
 import json
+import os
 import subprocess
 import sys
 import threading
@@ -82,7 +83,9 @@ def test_suspended_computer_does_not_use_up_patience(patience, clock):
     assert patience.is_over
 
 
-def test_hung_process_is_terminated_then_killed(patience, clock, owner):
+def test_hung_process_is_terminated_then_killed(patience, clock, owner, monkeypatch):
+    lines = []
+    monkeypatch.setattr(main, "say", lines.append)
     ticks(patience, clock, 31)
     patience.end()
     assert (owner.sent, patience.was_asked) == (["SIGTERM", "SIGCONT"], True)
@@ -90,6 +93,7 @@ def test_hung_process_is_terminated_then_killed(patience, clock, owner):
     assert patience.is_over
     patience.end()
     assert owner.sent[-1] == "SIGKILL"
+    assert lines[-1].endswith("does not end: it is killed")
 
 
 def test_unkillable_process_is_reported(patience, clock, monkeypatch):
@@ -110,6 +114,31 @@ def test_process_making_progress_after_request_is_not_killed(patience, clock, ow
     ticks(patience, clock, 29)
     assert not patience.is_over
     assert "SIGKILL" not in owner.sent
+
+
+def test_process_released_by_its_debugger_has_its_full_time_again(patience, clock, owner):
+    owner.is_traced = True
+    ticks(patience, clock, 60)
+    owner.is_traced = False
+    ticks(patience, clock, 29)
+    assert not patience.is_over
+
+
+@pytest.mark.parametrize(
+    ("status", "is_traced"),
+    [
+        ("Name:\tpython\nTracerPid:\t0\nUid:\t0\n", False),
+        ("Name:\tpython\nTracerPid:\t4711\nUid:\t0\n", True),
+        ("Name:\tpython\n", False),
+        (None, False),  # another system
+    ],
+)
+def test_debugger_is_known_from_the_status_of_the_process(tmp_path, monkeypatch, status, is_traced):
+    """See proc_pid_status(5): the number of the tracing process, 0 for none."""
+    if status is not None:
+        (tmp_path / "status").write_text(status)
+    monkeypatch.setattr(main, "Path", lambda _: tmp_path / "status")
+    assert main.Owner(os.getpid()).is_traced is is_traced
 
 
 @pytest.mark.parametrize("why", ["traced", "not energised"])

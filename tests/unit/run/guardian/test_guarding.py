@@ -9,7 +9,10 @@ from contextlib import contextmanager
 import pytest
 
 from e2e.helpers_supply import GUARDED, SupplyLab
+from rigrunner.registry import load_registry
 from rigrunner.run.guardian import guarding
+from rigrunner.run.lab_plugins import with_lab_plugins
+from rigrunner.station import parse_station
 from rigrunner.tools.by_hand.station import ready_station
 
 OVEN = "  oven: {type: supply, plugin: supply, settings: {file: oven.json, serial: '2'}}\n"
@@ -118,6 +121,26 @@ def test_device_that_cannot_be_reopened_is_not_guarded(tmp_path, started, monkey
             assert ready.marks.owner.unguarded == "no second process can open oven"
     task = json.loads(started[0].lines()[0])
     assert (task["roles"], task["unreachable"]) == (["psu"], ["oven"])
+
+
+def test_beat_tells_the_guardian_how_long_to_wait(tmp_path, started):
+    with held_rig(tmp_path) as ready, ready.guarded("jog psu", None) as guardian:
+        guardian._beat(123.25)
+        child, guardian._child = guardian._child, None
+        guardian._beat(99.0)  # between two guardians: nobody can be told
+        guardian._child = child
+    assert "123.250" in started[0].lines()
+
+
+@pytest.mark.parametrize(("replacements", "is_guarded"), [((), False), ((GUARDED,), True)])
+def test_run_without_guardian_has_a_remark(tmp_path, replacements, is_guarded):
+    path = SupplyLab(tmp_path, "bench").add_station("s.yaml", "bench", *replacements)
+    station = parse_station(path.read_text(encoding="utf-8"), str(path))
+    registry = with_lab_plugins(load_registry(), station, path.parent)
+    remarks = guarding.unguarded(station, registry, ["psu"])
+    assert [(each.action, each.by) for each in remarks] == [("guardian", "station")][is_guarded:]
+    assert all("there is no guardian" in each.subject for each in remarks)
+    assert guarding.unguarded(station, registry, []) == []  # all is simulated
 
 
 def test_guardian_is_replaced_three_times_and_each_loss_reported(tmp_path, started):
