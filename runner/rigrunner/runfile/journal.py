@@ -68,11 +68,15 @@ class JournalWriter:
         # "x": a journal is never written over.
         self._file = path.open("xb" if records_end is None else "r+b", buffering=0)
         self._end = len(MAGIC) if records_end is None else records_end
-        if records_end is None:
-            self._write(MAGIC)
-        else:
-            self._file.truncate(records_end)
-            self._file.seek(records_end)
+        try:
+            if records_end is None:
+                self._write(MAGIC)
+            else:
+                self._file.truncate(records_end)
+                self._file.seek(records_end)
+        except BaseException:
+            self._file.close()
+            raise
 
     def append(self, kind: Kind, *parts: bytes | memoryview) -> None:
         """Append one record whose payload is the parts in order; the system has it on return.

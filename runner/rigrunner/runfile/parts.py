@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from math import inf, nextafter
 from typing import TYPE_CHECKING
 
 from rigrunner.api.data import ZeroScatter
@@ -37,9 +36,6 @@ class Zeros:
         previous = self.in_force
         self._earlier.append(previous)
         self.in_force = {**previous, **event.values}
-        for name in event.scatter:  # zeros are distinguished by their values
-            while any(self.in_force[name] == earlier.get(name) for earlier in self._earlier):
-                self.in_force[name] = nextafter(self.in_force[name], inf)
         new = {name: value for name, value in event.values.items() if name not in previous}
         # What was measured before any zero of a channel has the first one.
         for earlier in self._earlier if new else ():
@@ -63,14 +59,14 @@ def zeros_in_force(events: Iterable[Event]) -> dict[str, dict[str, float]]:
 
 def zero_scatter(events: Iterable[Event]) -> dict[str, dict[float, ZeroScatter]]:
     """Return the scatter of each zero reading, by channel and reading, in SI units."""
-    zeros = Zeros()
     scatters: dict[str, dict[float, ZeroScatter]] = {}
     for event in events:
-        zeros.take(event)
         if isinstance(event, StepEnded) and event.ok and event.action == "zero":
             for name, scatter in event.scatter.items():
-                of_channel = scatters.setdefault(name, {})
-                of_channel[zeros.in_force[name]] = ZeroScatter(*scatter, len(of_channel) + 1)
+                of_channel, zero = scatters.setdefault(name, {}), event.values[name]
+                # Equal zeros are one: no other may get its number.
+                number = of_channel[zero].number if zero in of_channel else len(of_channel) + 1
+                of_channel[zero] = ZeroScatter(*scatter, number)
     return scatters
 
 

@@ -28,6 +28,7 @@ from rigrunner.api.errors import (
 )
 from rigrunner.api.events import Alarm, Answer, Outcome, StepStarted
 from rigrunner.api.hooks import DeviceRecord
+from rigrunner.api.progress import unseen
 from rigrunner.certificate.content import restrictions_of
 from rigrunner.clock import SimulatedClock
 from rigrunner.documents.certifying.certify import read_source
@@ -37,10 +38,10 @@ from rigrunner.run.inputs import answer_inputs
 from rigrunner.run.partners import partners_for
 from rigrunner.run.prepare import plan_run
 from rigrunner.run.record import execute
-from rigrunner.run.report import report_input
+from rigrunner.run.report import AnalysedRun, report_input
 from rigrunner.run.stored import open_run
 from rigrunner.run.taping import inputs_on, on_tape, overrides_on, tape_for
-from rigrunner.runfile import read
+from rigrunner.runfile import read, read_with_truth
 from rigrunner.tape import RecordedTape, ReplayedTape
 
 pytestmark = pytest.mark.usefixtures("tester")
@@ -130,7 +131,8 @@ def test_replay_is_marked_in_name_run_file_and_report(taped):
     assert replayed in page
     assert "replayed" not in read(first.folder).header.provenance
     assert "is a replay" not in first.report.read_text(encoding="utf-8")
-    assert report_input(replay.folder, load_registry()).provenance["replayed"] == replayed
+    analysed = AnalysedRun.of(*read_with_truth(replay.folder), load_registry(), unseen)
+    assert report_input(analysed, replay.folder).provenance["replayed"] == replayed
     assert folder.exists()
 
 

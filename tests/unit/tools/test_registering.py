@@ -131,7 +131,7 @@ def test_points_correct_the_indications(quantity, symbol, difference, less_zero)
     points = list(_points(SimpleNamespace(results=deviations, missing=()), deviations))
     entry = {"channel": "a.b", "measures": quantity, "serial": "1", "interpolation": "linear"}
     instrument = Instrument.model_validate(entry | {"points": points})
-    zero = off[0.0] if less_zero else 0.0
+    zero = off[0.0] if less_zero else None
     shown = [Quantity(at + shift, unit(symbol)) for at, shift in off.items()]
     corrected = instrument.corrected(np.array([quantity.si for quantity in shown]), zero)
     expected = [Quantity(at, unit(symbol)).si for at in off]
