@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import threading
 import time
 from types import SimpleNamespace
 
@@ -244,12 +245,13 @@ def test_other_instrument_on_reconnecting_is_refused_and_not_driven(tmp_path):
 
 def test_late_answer_on_a_serial_line_is_discarded(tmp_path):
     """A serial port delivers late bytes to the next program that opens it."""
-    answers = iter([b"0.75\n"])
+    answers, timed_out = iter([b"0.75\n"]), threading.Event()
 
     def talk(heard):
         line, end, _ = heard.partition(b"\n")
         if line == b"LEVEL?" and (late := next(answers, None)):
-            time.sleep(1.2)
+            assert timed_out.wait(30)
+            time.sleep(0.2)
             return len(line) + 1, late
         return (len(line) + 1, SCRIPT.get(line + end, b"")) if end else (0, b"")
 
@@ -258,6 +260,7 @@ def test_late_answer_on_a_serial_line_is_discarded(tmp_path):
     device.connect(1.0)
     with pytest.raises(DeviceTimeoutError):
         device.read(["level"])
+    timed_out.set()
     device.settings = device.settings.model_copy(update={"timeout": 5.0})
     assert device.read(["level"]) == {"level": 0.25}
     device.close()
