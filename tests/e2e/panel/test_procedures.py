@@ -42,6 +42,7 @@ def test_mistake_is_shown_at_its_line_and_keys_are_completed(new_screen, panel):
     expect(options).to_have_count(1)
     expect(options).to_contain_text("interlocks")
     expect(page.locator(".cm-completionInfo")).not_to_be_empty()
+    page.wait_for_timeout(100)  # within 75 ms of its opening, Enter is a new line
     page.keyboard.press("Enter")
     page.keyboard.type("1 N")
     # Not the problem of the half-typed key, which is at another line.

@@ -236,6 +236,7 @@ def test_texts_of_the_server_are_german_too(new_screen):
     steps = page.locator(".step-texts")
     expect(steps).to_contain_text("Nullpunkt von tester.torque, innerhalb 0,05 N·m")
     expect(steps).to_contain_text("Lager auf dem Dorn")  # of a procedure that ships
-    red.get_by_role("checkbox").check()
-    item, reason = red.bounding_box(), page.locator(".preflight .override").bounding_box()
-    assert item["y"] + item["height"] <= reason["y"]  # overridden items are above the reason
+    box = red.get_by_role("checkbox")
+    box.check()
+    checked, reason = box.bounding_box(), page.locator(".preflight .override").bounding_box()
+    assert checked["y"] + checked["height"] <= reason["y"]  # the fields do not cover it

@@ -48,7 +48,8 @@ export function preflightCard({ procedure, station }) {
   }
 
   const card = {
-    element: h("section", { class: "card preflight" }, h("h2", {}, t("preflight.title")), note, items, override, check),
+    element: h("section", { class: "card preflight" },
+      h("div", { class: "preflight-list" }, h("h2", {}, t("preflight.title")), note, items), override, check),
     onchange: () => {},
     done: () => Boolean(mine()?.done),
     may: () => !outdated && Boolean(mine()?.done) && fails().every((item) => item.override && passed.has(item.override)) && (!passed.size || Boolean(by.value.trim() && reason.value.trim())),
@@ -82,7 +83,7 @@ export function preflightCard({ procedure, station }) {
       if (event.target.checked) passed.add(item.override);
       else passed.delete(item.override);
       show(override, passed.size > 0);
-      event.target.closest("li").scrollIntoView({ block: "nearest" }); // not below the fields that have come
+      event.target.closest("label").scrollIntoView({ block: "nearest" }); // not below the fields that have come
       card.onchange();
     } }), h("span", {}, t("preflight.let_pass"))) : null;
     const safe = item.asks_safe ? button(t("preflight.safe"), sayItIsSafe) : null;
