@@ -23,6 +23,7 @@ if TYPE_CHECKING:
     from rigrunner.api import Array, Measurement, Quantity, Recording, RunData
     from rigrunner.api.accuracy import ReadingError
     from rigrunner.api.coordinates import CoordinateValue
+    from rigrunner.api.data import ZeroReading
 
 
 @dataclass(frozen=True, eq=False)
@@ -42,7 +43,7 @@ class Group:
     labels: tuple[tuple[int, ...], ...] = ()
     """Of rows: for each label or counter with several values, which one each row has."""
 
-    zeros: Mapping[str, tuple[float, ...]] = field(default_factory=dict)
+    zeros: Mapping[str, tuple[ZeroReading, ...]] = field(default_factory=dict)
     """By channel, the zero reading that was subtracted from each recording or row."""
 
     def zero_errors(self, run: RunData, channel: str) -> Iterator[tuple[ReadingError, Array]]:
@@ -50,16 +51,25 @@ class Group:
 
         Of several rows, a zero of one row alone is left out: their scatter shows it.
         """
-        zeros = self.zeros.get(channel, ())
+        zeros = alike(self.zeros.get(channel, ()))
         for zero, count in Counter(zeros).items():
             error = run.zero_error(channel, zero)
             if error is not None and (self.in_a_row or count > 1 or len(zeros) == 1):
                 sizes = np.diff([0, *self.starts, len(self.times_s)])
-                yield error, np.repeat(np.equal(zeros, zero).astype(np.float64), sizes)
+                yield error, np.repeat([float(each == zero) for each in zeros], sizes)
 
     def series(self, values: Array) -> Series:
         """Return the values of the group as a series."""
         return Series(values, self.times_s, self.in_a_row, self.step_s, self.starts, self.labels)
+
+
+def alike(zeros: Sequence[ZeroReading]) -> list[ZeroReading]:
+    """Return the zeros of one result, in place of equal readings at rest the first of them.
+
+    A display rounds what it shows at rest alike each time: the mean of such zeros is no better.
+    """
+    first = {zero.value: zero for zero in reversed(zeros)}
+    return [first[zero.value] if zero.u == 0 else zero for zero in zeros]
 
 
 @dataclass(frozen=True, eq=False)
@@ -78,7 +88,7 @@ class Part:
     """Units for display other than SI, by channel."""
     labels: Mapping[str, object] = field(default_factory=dict)
     """Of a row: its labels and counters."""
-    zeros: Mapping[str, float] = field(default_factory=dict)
+    zeros: Mapping[str, ZeroReading] = field(default_factory=dict)
     """The zero reading that was subtracted, by channel."""
 
 
@@ -216,7 +226,7 @@ def parts(run: RunData, names: Sequence[str], table: str | None = None) -> Itera
         if row.recording and all(name == channel_of(name) for name in names):
             continue
         if all(name in row.values for name in names):
-            zeros = {name: _zero(name, row, run) for name in names if _is_zeroed(name)}
+            zeros = {n: run.zero_of(row, channel_of(n)) for n in names if _is_zeroed(n)}
             values = {name: np.array([_reading(name, row, run, zeros)]) for name in names}
             began = datetime.fromisoformat(row.utc)
             place, shown = place_of(row), row.written_in
@@ -228,23 +238,17 @@ def _is_zeroed(name: str) -> bool:
     return name.removeprefix(channel_of(name)) in {"", ".mean", ".minimum", ".maximum"}
 
 
-def _zero(name: str, row: Measurement, run: RunData) -> float:
-    channel = channel_of(name)
-    zero = run.zero(row.recording, channel)
-    return zero if row.recording else row.zeros.get(channel, zero)
-
-
-def _reading(name: str, row: Measurement, run: RunData, zeros: Mapping[str, float]) -> float:
+def _reading(name: str, row: Measurement, run: RunData, zeros: Mapping[str, ZeroReading]) -> float:
     value = row.values[name]
     if name not in zeros:
         return value
-    return float(run.readings(channel_of(name), np.array([value]), zeros[name])[0])
+    return float(run.readings(channel_of(name), np.array([value]), zeros[name].value)[0])
 
 
 def _part_of_recording(recording: Recording, run: RunData, names: Sequence[str]) -> Part:
-    zeros = {name: run.zero(recording.name, name) for name in names}
+    zeros = {name: run.zero_of(recording, name) for name in names}
     values = {
-        name: run.readings(name, np.asarray(recording.channels[name]), zeros[name])
+        name: run.readings(name, np.asarray(recording.channels[name]), zeros[name].value)
         for name in names
     }
     began = datetime.fromisoformat(recording.started_utc)

@@ -107,12 +107,12 @@ def _beyond_calibration(run: RunData) -> Iterator[tuple[str, str]]:
         names = [name, *(f"{name}.{statistic}" for statistic in ("minimum", "maximum", "mean"))]
         values, unit_of = [], ""
         for row in run.measurements:
-            zero = row.zeros.get(name, run.zero(row.recording, name)) if is_zeroed else 0.0
+            zero = run.zero_of(row, name).value if is_zeroed else 0.0
             values += [row.values[key] - zero for key in names if key in row.values]
             unit_of = row.units.get(name, unit_of)
         for recording in run.recordings:
             if name in recording.channels and recording.samples:
-                zero = run.zero(recording.name, name) if is_zeroed else 0.0
+                zero = run.zero_of(recording, name).value if is_zeroed else 0.0
                 values += [value - zero for value in limits(recording.channels[name])]
                 unit_of = recording.units[name]
         if values and (text := instrument.beyond_range(min(values), max(values), unit_of)):

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
-from math import nan, sqrt
+from math import inf, nan, sqrt
 from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
 
 import numpy as np
@@ -159,7 +159,7 @@ class Measurement:
     """Units other than SI: by drive and coordinate the unit in the procedure, by channel the unit
     for display."""
 
-    zeros: Mapping[str, float] = field(default_factory=dict)
+    zeros: Mapping[str, ZeroReading] = field(default_factory=dict)
     """The zero reading in force, by channel; the first one of a channel that was zeroed later."""
 
     @property
@@ -186,13 +186,15 @@ def place_of(of: Recording | Measurement) -> dict[str, CoordinateValue]:
     return place
 
 
-class ZeroScatter(NamedTuple):
-    """The uncertainty of a zero reading by its scatter (GUM 4.2), in the SI unit."""
+class ZeroReading(NamedTuple):
+    """A zero reading of a channel, in the SI unit."""
 
-    u: float
-    dof: float
-    number: int = 1
-    """Its number among the zero readings of the channel."""
+    value: float
+    number: int = 0
+    """Its number among those of the channel in the run: two readings may be equal. 0: not known."""
+    u: float | None = None
+    """The uncertainty by its scatter (GUM 4.2). Runs of before 0.2 have none."""
+    dof: float = inf
 
 
 @dataclass(frozen=True, eq=False)
@@ -226,13 +228,12 @@ class RunData:
     """
     rig_keys: Mapping[str, Any] = field(default_factory=dict)
     """The keys under `rig` of the station; `own_keys` reads those of a plugin."""
-    recording_zeros: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
+    recording_zeros: Mapping[str, Mapping[str, ZeroReading]] = field(default_factory=dict)
     """By recording: the zero readings at that time, if the run was zeroed again."""
     partners: Mapping[str, RunData] = field(default_factory=dict)
     """Partner runs by name; an analysis gets those that it requires."""
-    zero_scatter: Mapping[str, Mapping[float, ZeroScatter]] = field(default_factory=dict)
-    """By channel and zero reading: its scatter, in the order of the readings. Runs of before 0.2
-    have none."""
+    zero_counts: Mapping[str, int] = field(default_factory=dict)
+    """Number of zero readings by channel."""
 
     if not TYPE_CHECKING:  # a checker would take any name
 
@@ -263,24 +264,22 @@ class RunData:
             errors += (ReadingError(f"deviation of {member}, not corrected", "each", u),)
         return errors
 
-    def zero_error(self, channel: str, zero: float) -> ReadingError | None:
+    def zero_error(self, channel: str, zero: ZeroReading) -> ReadingError | None:
         """Return the error of all values of a channel that a zero reading was subtracted from.
 
         It is one error of all of them, in the SI unit. Where the samples of the zero did not
         scatter, it is the resolution. None for a zero whose scatter is not known.
         """
-        scatters = self.zero_scatter.get(channel_of(channel), {})
-        scatter = scatters.get(zero)
-        if scatter is None:
+        if zero.u is None:
             return None
-        of_zero = f"of zero{f' {scatter.number}' if len(scatters) > 1 else ''} of"
-        if scatter.u:
-            name = f"scatter {of_zero} {channel_of(channel)}"
-            return ReadingError(name, "offset", scatter.u, scatter.dof, "t")
-        name = f"resolution of {channel_of(channel)}"
-        resolution = (error for error in self.reading_errors(channel, zero) if error.name == name)
-        for error in resolution:
-            return replace(error, name=name.replace("of", of_zero, 1), acts="offset")
+        member = channel_of(channel)
+        of_zero = f"of zero{f' {zero.number}' if self.zero_counts.get(member, 1) > 1 else ''} of"
+        if zero.u:
+            return ReadingError(f"scatter {of_zero} {member}", "offset", zero.u, zero.dof, "t")
+        name = f"resolution of {member}"
+        for error in self.reading_errors(channel, zero.value):
+            if error.name == name:
+                return replace(error, name=name.replace("of", of_zero, 1), acts="offset")
         return None
 
     def readings(self, channel: str, values: Array, zero: float) -> Array:
@@ -294,8 +293,18 @@ class RunData:
         return instrument.corrected(values, zero if channel in self.zeros else None)
 
     def zero(self, recording: str, channel: str) -> float:
-        """Return the zero reading of a channel for a recording; 0 without one.
+        """Return the value of the zero reading of a channel for a recording; 0 without one."""
+        zero = self.recording_zeros.get(recording, {}).get(channel)
+        return self.zeros.get(channel, 0.0) if zero is None else zero.value
 
-        Of a row that was read without a recording it is in its `zeros`.
+    def zero_of(self, part: Recording | Measurement, channel: str) -> ZeroReading:
+        """Return the zero reading of a channel, 'role.name', for a recording or row.
+
+        Its value is 0 without one.
         """
-        return self.recording_zeros.get(recording, {}).get(channel, self.zeros.get(channel, 0.0))
+        if isinstance(part, Recording) or part.recording:
+            recording = part.name if isinstance(part, Recording) else part.recording
+            zeros = self.recording_zeros.get(recording, {})
+        else:
+            zeros = part.zeros
+        return zeros.get(channel) or ZeroReading(self.zeros.get(channel, 0.0))

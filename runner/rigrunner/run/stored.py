@@ -20,7 +20,7 @@ from rigrunner.api.verdict import Verdict
 from rigrunner.procedure import kinds_of, parse_procedure
 from rigrunner.run.interrupted import used_partners
 from rigrunner.run.provenance import PROVIDERS
-from rigrunner.runfile import read, zero_scatter
+from rigrunner.runfile import read, zero_counts
 from rigrunner.station import parse_station
 
 if TYPE_CHECKING:
@@ -207,7 +207,7 @@ def run_data(stored: StoredRun) -> RunData:
         imported=header.imported,
         zeros=stored.zeros,
         recording_zeros=stored.recording_zeros,
-        zero_scatter=zero_scatter(stored.outline),
+        zero_counts=zero_counts(stored.outline),
         recordings=stored.recordings,
         digest=stored.digest,
         measurements=stored.measurements,

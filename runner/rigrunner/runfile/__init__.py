@@ -4,7 +4,7 @@ from rigrunner.runfile.folder import create_run_folder
 from rigrunner.runfile.lock import is_in_progress, run_lock
 from rigrunner.runfile.loose import NEVER_ENDED
 from rigrunner.runfile.model import RunHeader, RunInfo, StoredRun
-from rigrunner.runfile.parts import end_of, zero_scatter
+from rigrunner.runfile.parts import end_of, zero_counts
 from rigrunner.runfile.probe import refuse_crashing
 from rigrunner.runfile.reading import (
     check_file,
@@ -46,5 +46,5 @@ __all__ = [
     "seal",
     "sealed_file_of",
     "write_salvaged",
-    "zero_scatter",
+    "zero_counts",
 ]

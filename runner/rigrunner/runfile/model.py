@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
     from pathlib import Path
 
-    from rigrunner.api.data import Measurement, Recording
+    from rigrunner.api.data import Measurement, Recording, ZeroReading
     from rigrunner.api.events import Event
 
 FORMAT = 4
@@ -104,7 +104,7 @@ class StoredRun:
     """Good recordings of points that were repeated: stored, but not analysed."""
     zeros: Mapping[str, float]
     """The latest zero reading of each zeroed channel, in SI units."""
-    recording_zeros: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
+    recording_zeros: Mapping[str, Mapping[str, ZeroReading]] = field(default_factory=dict)
     """The zero readings in force during a recording, by its name."""
     measurements: tuple[Measurement, ...] = ()
     """The rows of its tables, in order, also those out of limits."""

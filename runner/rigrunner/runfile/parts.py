@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
-from rigrunner.api.data import ZeroScatter
+from rigrunner.api.data import ZeroReading
 from rigrunner.api.events import (
     RESUME_RUN,
     Intervention,
@@ -25,9 +25,9 @@ if TYPE_CHECKING:
 class Zeros:
     """The zero readings in force, as the events of a run come: in SI units, by channel."""
 
-    in_force: dict[str, float] = field(default_factory=dict)
+    in_force: dict[str, ZeroReading] = field(default_factory=dict)
     """Kept by what was measured meanwhile; a channel that is zeroed only later is added to it."""
-    _earlier: list[dict[str, float]] = field(default_factory=list)
+    _earlier: list[dict[str, ZeroReading]] = field(default_factory=list)
 
     def take(self, event: Event) -> None:
         """Take an event; after a zero another mapping is in force."""
@@ -35,21 +35,29 @@ class Zeros:
             return
         previous = self.in_force
         self._earlier.append(previous)
-        self.in_force = {**previous, **event.values}
-        new = {name: value for name, value in event.values.items() if name not in previous}
+        read = {
+            name: ZeroReading(
+                value,
+                previous[name].number + 1 if name in previous else 1,
+                *event.scatter.get(name, ()),
+            )
+            for name, value in event.values.items()
+        }
+        self.in_force = {**previous, **read}
+        new = {name: zero for name, zero in read.items() if name not in previous}
         # What was measured before any zero of a channel has the first one.
         for earlier in self._earlier if new else ():
             earlier.update(new)
 
 
-def zeros_in_force(events: Iterable[Event]) -> dict[str, dict[str, float]]:
+def zeros_in_force(events: Iterable[Event]) -> dict[str, dict[str, ZeroReading]]:
     """Return the zero readings in force during each finished recording.
 
     In SI units, by recording and channel. A resumed run is zeroed again; earlier recordings keep
     the earlier zero.
     """
     zeros = Zeros()
-    in_force: dict[str, dict[str, float]] = {}
+    in_force: dict[str, dict[str, ZeroReading]] = {}
     for event in events:
         zeros.take(event)
         if isinstance(event, StepEnded) and event.ok and event.recording and event.action != "zero":
@@ -57,17 +65,12 @@ def zeros_in_force(events: Iterable[Event]) -> dict[str, dict[str, float]]:
     return in_force
 
 
-def zero_scatter(events: Iterable[Event]) -> dict[str, dict[float, ZeroScatter]]:
-    """Return the scatter of each zero reading, by channel and reading, in SI units."""
-    scatters: dict[str, dict[float, ZeroScatter]] = {}
+def zero_counts(events: Iterable[Event]) -> dict[str, int]:
+    """Return the number of zero readings by channel."""
+    zeros = Zeros()
     for event in events:
-        if isinstance(event, StepEnded) and event.ok and event.action == "zero":
-            for name, scatter in event.scatter.items():
-                of_channel, zero = scatters.setdefault(name, {}), event.values[name]
-                # Equal zeros are one: no other may get its number.
-                number = of_channel[zero].number if zero in of_channel else len(of_channel) + 1
-                of_channel[zero] = ZeroScatter(*scatter, number)
-    return scatters
+        zeros.take(event)
+    return {name: zero.number for name, zero in zeros.in_force.items()}
 
 
 def parts_of(events: Iterable[Event]) -> dict[str, int]:

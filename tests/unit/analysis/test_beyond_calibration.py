@@ -7,6 +7,7 @@ from types import SimpleNamespace
 import numpy as np
 
 from rigrunner.analysis.analyse import _beyond_calibration
+from rigrunner.api.data import ZeroReading
 
 
 class Calibrated:
@@ -42,7 +43,7 @@ def excesses(rows=(), recordings=(), *, quantity="pressure", zero=0.0):
             )
             for samples in recordings
         ],
-        zero=lambda _recording, _channel: zero,
+        zero_of=lambda _part, _channel: ZeroReading(zero),
     )
     beyond = list(_beyond_calibration(run))
     return beyond, {name: channel.checked for name, channel in channels.items()}

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from scipy import signal, stats
 
-from rigrunner.api.data import Measurement, Recording, RunData
+from rigrunner.api.data import Measurement, Recording, RunData, ZeroReading
 from rigrunner.api.errors import DataError
 from rigrunner.api.instruments import Instrument
 from rigrunner.registry import load_registry
@@ -630,7 +630,7 @@ def test_u_of_a_stored_statistic_includes_the_uncorrected_deviation(
 
 def test_row_is_corrected_by_the_zero_in_force_when_it_was_read() -> None:
     rows = [
-        replace(row(at, 1.0, meter__voltage=value), zeros={"meter.voltage": zero})
+        replace(row(at, 1.0, meter__voltage=value), zeros={"meter.voltage": ZeroReading(zero)})
         for at, (value, zero) in enumerate([(5.1, 0.1), (5.4, 0.4)])
     ]
     run = run_of(*rows, instruments=[meter()], zeros={"meter.voltage": 0.4})

@@ -8,7 +8,7 @@ from math import hypot, sqrt
 import pytest
 
 from rigrunner.analysis.verdict.limited_values import mean_of
-from rigrunner.api.data import ZeroScatter
+from rigrunner.api.data import ZeroReading
 from rigrunner.api.instruments import Instrument
 from unit.rigrunner_plugins.equation import helpers_equation
 from unit.rigrunner_plugins.test_curve import EXACT, results_of, rows, run_of
@@ -17,18 +17,22 @@ from unit.rigrunner_plugins.test_readings_of_two_runs import budget, compare, me
 CHANNEL, U, DOF = "meter.voltage", 0.3, 4.0
 
 
-def with_zeros(run, zeros, channel=CHANNEL, u=U):
-    """Return a run with a zero for each row; each zero scatters by u."""
-    scatters = {zero: ZeroScatter(u, DOF, i + 1) for i, zero in enumerate(dict.fromkeys(zeros))}
+def with_zeros(run, zeros, channel=CHANNEL, u=U, numbers=None):
+    """Return a run with a zero for each row; each zero scatters by u.
+
+    Without `numbers`, rows with equal zeros have the same one.
+    """
+    order = list(dict.fromkeys(zeros))
+    numbers = numbers or [order.index(zero) + 1 for zero in zeros]
     measured = tuple(
-        replace(row, zeros={channel: zero})
-        for row, zero in zip(run.measurements, zeros, strict=True)
+        replace(row, zeros={channel: ZeroReading(zero, number, u, DOF)})
+        for row, zero, number in zip(run.measurements, zeros, numbers, strict=True)
     )
     return replace(
         run,
         measurements=measured,
         zeros={channel: zeros[-1]},
-        zero_scatter={channel: scatters},
+        zero_counts={channel: max(numbers)},
     )
 
 
@@ -86,6 +90,25 @@ def test_scatter_of_zero_is_one_error_of_all_places():
     assert mean_of(at_places).u == pytest.approx(hypot(U, 0.03 / sqrt(3)), rel=1e-6)
 
 
+def test_equal_zeros_of_two_places_are_two_errors():
+    run = with_zeros(voltages(5.1, 5.1, 7.1, 7.1), [0.2] * 4, numbers=[1, 1, 2, 2])
+    measured = tuple(
+        replace(row, coordinates={"phase": "ab"[i // 2]}) for i, row in enumerate(run.measurements)
+    )
+    at_places = readings(replace(run, measurements=measured), per="phase").results
+    assert mean_of(at_places).u == pytest.approx(hypot(U / sqrt(2), 0.03 / sqrt(3)), rel=1e-6)
+
+
+def test_equal_zeros_at_rest_are_rounded_alike():
+    """Two readings of a display of 0.1 V, each after a zero: the mean is no better than one."""
+    meters = {"instrument": meter(resolution="0.1 V")}
+    once = with_zeros(voltages(5.1, **meters), [0.2], u=0.0)
+    twice = with_zeros(voltages(5.1, 5.1, **meters), [0.2] * 2, u=0.0, numbers=[1, 2])
+    estimate, lines = budget(readings(twice))
+    assert lines["resolution of zero 1 of meter.voltage"].u == pytest.approx(0.1 / sqrt(12))
+    assert estimate.u == pytest.approx(budget(readings(once))[0].u)
+
+
 @pytest.mark.parametrize("statistic", ["range", "standard_deviation"])
 def test_scatter_of_zero_cancels_in_a_spread(statistic):
     run = with_zeros(voltages(5.1, 5.3, 5.2), [0.2] * 3)
@@ -131,13 +154,13 @@ def test_equation_propagates_the_scatter_of_zero():
     assert (line.u, line.common, line.dof) == (pytest.approx(2 * U), True, pytest.approx(DOF))
 
 
-def curve(y, zeros, **settings):
+def curve(y, zeros, numbers=None, **settings):
     run = run_of(rows([0.0, 1.0, 2.0, 3.0], y), EXACT)
     results = {
         "value": [{"name": "middle", "at": "1.5 N·m", "unit": "V"}],
         "slope": {"name": "slope", "unit": "V/(N·m)"},
     }
-    return results_of(with_zeros(run, zeros, "cell.signal"), results, **settings)
+    return results_of(with_zeros(run, zeros, "cell.signal", numbers=numbers), results, **settings)
 
 
 def test_curve_value_has_the_scatter_of_zero_and_the_slope_has_not():
@@ -157,5 +180,12 @@ def test_zeros_of_two_halves_of_a_line_move_its_slope():
 
 
 def test_zero_of_one_point_is_part_of_the_scatter_about_the_curve():
-    result = curve([1.0, 2.1, 2.9, 4.0], [0.0, 0.1, 0.2, 0.3])["middle"]
-    assert not [line for line in result.components if "zero" in line.name]
+    for zeros in [0.0, 0.1, 0.2, 0.3], [0.2] * 4:
+        result = curve([1.0, 2.1, 2.9, 4.0], zeros, numbers=[1, 2, 3, 4])["middle"]
+        assert not [line for line in result.components if "zero" in line.name]
+
+
+def test_equal_zeros_of_two_halves_move_the_slope():
+    result = curve([1.0, 2.1, 2.9, 4.0], [0.2] * 4, numbers=[1, 1, 2, 2])["slope"]
+    lines = [line.u for line in result.components if "zero" in line.name]
+    assert lines == [pytest.approx(U * 2 / 5), pytest.approx(U * 2 / 5)]

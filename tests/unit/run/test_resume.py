@@ -104,8 +104,22 @@ def third(tmp_path_factory):
 def test_resumed_run_has_results_of_uninterrupted_run(third):
     _, reference, resumed = third
     assert resumed.outcome is Outcome.COMPLETED
-    assert numbers(document(resumed)) == numbers(document(reference))
-    assert len(numbers(document(reference))) > 40
+    actual, expected = (numbers(without_zeros(document(run))) for run in (resumed, reference))
+    assert actual == expected
+    assert len(expected) > 40
+
+
+def without_zeros(content):
+    """Return a result document without the errors of zeros, and what they are a part of.
+
+    A resumed run has two zeros: two errors, each of some of the values.
+    """
+    for result in content["results"]:
+        result["estimate"] = {"value": result["estimate"]["value"]}
+        result["budget"] = [line for line in result["budget"] if "zero" not in line["name"]]
+        for line in result["budget"]:
+            del line["share"]
+    return content
 
 
 def test_finished_recordings_are_not_repeated(third):
@@ -150,8 +164,12 @@ def test_setup_and_zero_are_repeated_and_recordings_keep_their_zero(killed):
     zeros = [e.values for e in events if isinstance(e, StepEnded) and e.action == "zero"]
     assert len(zeros) == 2
     data = open_run(resumed.folder).data
-    assert data.recording_zeros["001_8Hz"] == zeros[0]
-    assert data.recording_zeros["005_35Hz"] == zeros[1]
+    for number, (recording, read_before) in enumerate(
+        zip(("001_8Hz", "005_35Hz"), zeros, strict=True), start=1
+    ):
+        in_force = data.recording_zeros[recording]
+        assert {name: zero.value for name, zero in in_force.items()} == read_before
+        assert {zero.number for zero in in_force.values()} == {number}
     assert [e.action for e in events if isinstance(e, StepEnded)].count("confirm") == 2
 
 

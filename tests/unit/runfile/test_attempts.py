@@ -5,6 +5,7 @@ from __future__ import annotations
 import h5py
 import pytest
 
+from rigrunner.api.data import ZeroReading
 from rigrunner.api.errors import DataError
 from rigrunner.api.events import Outcome, RunEnded, RunStarted, Scanned, StepEnded, StepStarted
 from rigrunner.api.limits import ValueLimit
@@ -315,8 +316,9 @@ def test_each_row_has_the_zero_in_force():
         ended("measure", force=1.0), ended("zero", force=0.1), ended("measure", force=2.0),
         ended("zero", force=0.2), ended("zero", other=5.0), ended("measure", force=3.0),
     ]  # fmt: skip
+    first, second, other = ZeroReading(0.1, 1), ZeroReading(0.2, 2), ZeroReading(5.0, 1)
     assert [row.zeros for row in StoredEvents(events).measured.rows] == [
-        {"cell.force": 0.1, "cell.other": 5.0},
-        {"cell.force": 0.1, "cell.other": 5.0},
-        {"cell.force": 0.2, "cell.other": 5.0},
+        {"cell.force": first, "cell.other": other},
+        {"cell.force": first, "cell.other": other},
+        {"cell.force": second, "cell.other": other},
     ]

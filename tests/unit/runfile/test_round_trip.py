@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 from hypothesis.extra import numpy as npst
 
 from helpers_thorough import examples
-from rigrunner.api.data import Recording, ZeroScatter
+from rigrunner.api.data import Recording, ZeroReading
 from rigrunner.api.events import (
     Alarm,
     Answer,
@@ -32,7 +32,7 @@ from rigrunner.runfile import (
     read_truth,
     read_with_truth,
     seal,
-    zero_scatter,
+    zero_counts,
 )
 from rigrunner.runfile.compressed import LongText
 from rigrunner.runfile.hdf5 import read_text
@@ -370,37 +370,34 @@ def test_each_recording_keeps_the_zero_in_force(tmp_path):
     with RunWriter(tmp_path / "run", header_of()) as writer:
         emit = emitter_of(writer)
         for index, (zero, original) in enumerate(zip((0.01, 0.05), TWO, strict=True)):
-            emit_zero(emit, zero)
+            # the first one as in a run of before 0.2
+            emit_zero(emit, zero, scatter={"tester.torque": (1e-3, 9.0)} if index else {})
             start_recording(emit, original, index)
             send_samples(emit, original, 1000)
             end_recording(emit, original, index)
         loose = read(tmp_path / "run")
         writer.seal()
-    expected = {TWO[0].name: {"tester.torque": 0.01}, TWO[1].name: {"tester.torque": 0.05}}
+    expected = {
+        TWO[0].name: {"tester.torque": ZeroReading(0.01, 1)},
+        TWO[1].name: {"tester.torque": ZeroReading(0.05, 2, 1e-3, 9.0)},
+    }
     assert loose.recording_zeros == expected
     assert read(tmp_path / "run").recording_zeros == expected
     assert loose.zeros == {"tester.torque": 0.05}
 
 
-def test_scatter_of_zeros_is_read_back(tmp_path):
+def test_equal_zeros_are_numbered_apart(tmp_path):
     with RunWriter(tmp_path / "run", header_of()) as writer:
         emit = emitter_of(writer)
-        emit_zero(emit, 0.01)  # as before 0.2
-        for value, scatter in {0.02: (1e-3, 9.0), 0.03: (2e-3, 99.0)}.items():
-            emit_zero(emit, value, scatter={"tester.torque": scatter})
-        loose = read(tmp_path / "run")
-        writer.seal()
-    expected = {0.02: ZeroScatter(1e-3, 9.0, 1), 0.03: ZeroScatter(2e-3, 99.0, 2)}
-    for run in (loose, read(tmp_path / "run")):
-        assert zero_scatter(run.outline) == {"tester.torque": expected}
-
-
-def test_zero_after_two_equal_ones_has_its_own_number(tmp_path):
-    with RunWriter(tmp_path / "run", header_of()) as writer:
-        for value in (0.02, 0.02, 0.03):
-            emit_zero(emitter_of(writer), value, scatter={"tester.torque": (1e-3, 9.0)})
-    scatters = zero_scatter(read(tmp_path / "run").outline)["tester.torque"]
-    assert {value: scatter.number for value, scatter in scatters.items()} == {0.02: 1, 0.03: 2}
+        for index, (zero, original) in enumerate(zip((0.02, 0.02), TWO, strict=True)):
+            emit_zero(emit, zero, scatter={"tester.torque": (1e-3, 9.0)})
+            start_recording(emit, original, index)
+            send_samples(emit, original, 1000)
+            end_recording(emit, original, index)
+    run = read(tmp_path / "run")
+    numbers = [zeros["tester.torque"].number for zeros in run.recording_zeros.values()]
+    assert numbers == [1, 2]
+    assert zero_counts(run.outline) == {"tester.torque": 2}
 
 
 def test_torn_journal_is_continued_after_its_last_record(tmp_path):

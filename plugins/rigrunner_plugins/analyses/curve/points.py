@@ -13,6 +13,7 @@ from rigrunner.api import DataError, Points, unit
 from rigrunner.api.member import channel_of
 from rigrunner.api.places import is_at
 from rigrunner_plugins.analyses.sources import (
+    alike,
     coordinate_of,
     is_read,
     parts,
@@ -261,20 +262,24 @@ def _of_zeros(
     for channel in dict.fromkeys((settings.of, *settings.over.values())):
         if channel == settings.of and settings.statistic == "range":
             continue
-        zeros = [part.zeros.get(channel, nan) for part in parts]
+        zeroed = [part for part in all_parts if channel in part.zeros]
+        one_of = alike([part.zeros[channel] for part in zeroed])
+        zero_of = {id(part): zero for part, zero in zip(zeroed, one_of, strict=True)}
+        zeros = [zero_of[id(part)] for part in parts if id(part) in zero_of]
         zeros_of_requested = [
-            [part.zeros.get(channel, nan) for part in all_parts if is_at(result.where, part.place)]
+            [zero_of[id(part)] for part in zeroed if is_at(result.where, part.place)]
             if result.where and channel == settings.of
             else []
             for result in settings.results.x_at
         ]
-        for zero in sorted({*zeros, *chain(*zeros_of_requested)}):
+        for zero in dict.fromkeys([*zeros, *chain(*zeros_of_requested)]):
             error = run.zero_error(channel, zero)
             shares = [
                 group.count(zero) / len(group) if group else 0.0 for group in zeros_of_requested
             ]
             if error is not None and (zeros.count(zero) > 1 or any(shares)):
-                affected = Shares(np.equal(zeros, zero).astype(np.float64), np.array(shares))
+                has_it = np.array([float(zero_of.get(id(part)) == zero) for part in parts])
+                affected = Shares(has_it, np.array(shares))
                 yield channel, error, affected
 
 
@@ -359,7 +364,9 @@ def _scatter(
     if len(known_scatters) < len(parts):
         return None, None
     u, dof = np.array(known_scatters).T
-    zeros = [part.zeros.get(channel, nan) for part in parts]
+    if any(channel not in part.zeros for part in parts):
+        return u, dof
+    zeros = alike([part.zeros[channel] for part in parts])
     for i, zero in enumerate(zeros):
         error = run.zero_error(channel, zero) if zeros.count(zero) == 1 else None
         if error is not None:

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from rigrunner.api.analysis import Rejection
+from rigrunner.api.data import ZeroReading
 from rigrunner.api.errors import DataError
 from rigrunner_bearings.api.points import MotionSource, SwingPoint
 from rigrunner_bearings.signal.kinematics import swing_angle
@@ -42,7 +43,9 @@ def test_zero_reading_is_subtracted():
 
 def test_recording_has_the_zero_of_its_time():
     rec = recording(PEAKS, zero_nm=0.5)
-    recording_zeros = {rec.name: {"tester.torque": 0.5}, "another": {"tester.torque": 0.7}}
+    recording_zeros = {
+        name: {"tester.torque": ZeroReading(zero)} for name, zero in ((rec.name, 0.5), ("b", 0.7))
+    }
     point = prepared(rec, zeros={"tester.torque": 0.7}, recording_zeros=recording_zeros)
     assert point.peak_nm == pytest.approx(PEAKS, rel=1.3e-4)
 
