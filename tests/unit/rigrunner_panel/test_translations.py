@@ -138,7 +138,7 @@ SPEAKERS = [
     *(f"documents/certifying/{name}.py" for name in (
         "amend", "certify", "office", "original", "sign",
     )),
-    "certificate/order.py",
+    "certificate/order.py", "certificate/withdrawal.py",
     *(f"../rigrunner_fleet/{name}.py" for name in (
         "monitoring/observing", "monitoring/trending", "trends/charting",
         "trends/charts", "trends/rules",

@@ -58,6 +58,7 @@ def amend(
 ) -> Issued:
     """Issue a document that replaces the one at a path (its JSON, or a form beside it).
 
+    If that one was withdrawn, the new document says so.
     Raises UsageError if something is missing, the document was replaced before or nothing changes,
     and DataError if the original is not a certificate or not as issued.
     """
@@ -78,7 +79,10 @@ def amend(
     )
     run = request.run
     conformity = None if run is None else _conformity_in_force(original, run, registry)
-    amendment = amendment_of(original, replaced.sha256, request.reason, request.authorisation.by)
+    withdrawal = replaced.numbers.withdrawal_of(original.number)
+    amendment = amendment_of(
+        original, replaced.sha256, request.reason, request.authorisation.by, withdrawal
+    )
 
     def replacement(number: str) -> Certificate:
         issue = Issue(

@@ -1,4 +1,4 @@
-"""The issued certificate that is to be replaced."""
+"""The issued certificate that is to be replaced or withdrawn."""
 
 from __future__ import annotations
 
