@@ -565,3 +565,56 @@ def test_command_issues_and_amends_once(quick, tmp_path):
     with open(first, "a", encoding="utf-8") as file:  # noqa: PTH123  (a printed path)
         file.write(" ")
     assert "has changed since it was issued" in call(*amend).err
+
+
+def test_command_withdraws_for_good(quick, tmp_path):
+    lab, out = make_letterhead(tmp_path / "letterhead"), tmp_path / "out"
+    number = issue(quick.loaded, lab, out, registry=without_pdf()).certificate.number
+    first = out / f"{number}.json"
+    where = ("--letterhead", lab)
+    run = ("--runs", quick.loaded.parent)
+
+    words = ("withdraw", first, "--by", "Z. Head", "--reason")
+    assert call(*words, " ", *where).code == 2
+    done = call(*words, "the wrong item was tested", *where)
+    assert (done.code, done.out.strip()) == (0, str(out / f"{number}.withdrawn.json")), done.err
+    assert "inform everyone who has it" in done.err
+    again = call(*words, "again", *where)
+    assert again.code == 2
+    assert f"{number} was already withdrawn by Z. Head on 20" in again.err
+
+    who = "withdrawn by Z. Head on "
+    for lead, options in (("", where), (f", as {number}.withdrawn.json beside it says", ())):
+        verified = call("verify", first, *run, *options)
+        assert verified.code == 14
+        text = f"WITHDRAWN: {number} is no longer in force{lead}: {who}"
+        assert verified.out.startswith(text), verified.out
+        assert ": the wrong item was tested" in verified.out.splitlines()[0]
+        assert "DIFFERS" not in verified.out
+
+    order = ("--customer", "C", "--customer-contact", "x", "--item", "bearing", "--authorised-by",
+             "A", "--item-condition", "new", "--received", "2025-11-03",
+             "--not-for-certification")  # fmt: skip
+    refused = call("certify", quick.loaded, *order, *where, "--out", out)
+    assert refused.code == 2
+    assert f"{number} was issued on {quick.loaded.name}, and {who}" in refused.err
+    assert f"'rigrunner amend' replaces {number}" in refused.err
+
+
+@pytest.mark.thorough
+def test_withdrawn_certificate_is_replaced_by_one_that_says_so(quick, tmp_path):
+    lab, out = make_letterhead(tmp_path / "letterhead"), tmp_path / "out"
+    number = issue(quick.loaded, lab, out, registry=without_pdf()).certificate.number
+    first, where = out / f"{number}.json", ("--letterhead", lab)
+    run = ("--runs", quick.loaded.parent)
+    words = ("--by", "Z. Head", "--reason", "the wrong item")
+    assert call("withdraw", first, *words, *where).code == 0
+    replaced = call("amend", first, "--by", "B", "--reason", "found", "--item-id", "42", *where)
+    assert replaced.code == 0, replaced.err
+    second = Path(replaced.out.split()[0])
+    assert second.stem == "SPECIMEN-DEMO-2026-0002"
+    page = read_html(second.with_suffix(".html").read_bytes())
+    assert "withdrawn by Z. Head on 20" in page.words
+    assert call("verify", second, *run, *where).code == 0
+    both = call("verify", first, *run, *where)
+    assert (both.code, f"; REPLACED: {number}" in both.out) == (14, True)

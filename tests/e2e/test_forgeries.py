@@ -252,6 +252,15 @@ def replaced_beside(copies):
     return copies.verify(number=copies.issued.other, own=False)
 
 
+@case("withdrawn, the notice beside it removed")
+def withdrawn(copies):
+    lab = shutil.copytree(copies.issued.letterhead, copies.folder / "lab")
+    words = ("--reason", "the wrong item", "--by", "Z. Head", "--letterhead", lab)
+    assert call("withdraw", copies.path(".json"), *words).code == 0
+    copies.path(".withdrawn.json").unlink()
+    return copies.verify("--letterhead", lab, own=False)
+
+
 def change_pdf(copies, change):
     path = copies.path(".pdf")
     path.write_bytes(change(path.read_bytes()))

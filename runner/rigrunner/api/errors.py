@@ -29,6 +29,7 @@ class ExitCode(IntEnum):
     REPLACED = 11
     UNPROVEN = 12
     REVISED = 13
+    WITHDRAWN = 14
     ABORTED = 20
     BUG = 70  # EX_SOFTWARE of sysexits.h
     INTERRUPTED = 130  # 128 + SIGINT, as shells report it

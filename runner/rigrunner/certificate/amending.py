@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from rigrunner.api.certificate import Conformity
     from rigrunner.api.letterhead import Letterhead
     from rigrunner.certificate.content import Issue
+    from rigrunner.certificate.withdrawal import UnreadableWithdrawal, Withdrawal
 
 PLACES = {
     "customer": ("customer", "name"),
@@ -45,7 +46,7 @@ def amended(
     value.
     """
     assert issue.amends is not None  # noqa: S101  (the caller amends)
-    changes = []
+    changes = list(issue.amends.changes)
     for name, value in values.items():
         part, field = PLACES[name]
         old = getattr(getattr(original, part), field)
@@ -92,14 +93,22 @@ def amended(
     )
 
 
-def amendment_of(original: Certificate, sha256: str, reason: str, by: str) -> Amendment:
-    """Return the amendment statement."""
+def amendment_of(
+    original: Certificate,
+    sha256: str,
+    reason: str,
+    by: str,
+    withdrawal: Withdrawal | UnreadableWithdrawal | None = None,
+) -> Amendment:
+    """Return the amendment statement; its only change is the withdrawal of the original."""
+    ended = withdrawal and Change(field="withdrawal", before=str(withdrawal), after="")
     return Amendment(
         number=original.number,
         issued_utc=original.issued_utc,
         sha256=sha256,
         reason=reason,
         by=by,
+        changes=(ended,) if ended else (),
     )
 
 

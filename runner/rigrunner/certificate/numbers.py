@@ -2,13 +2,15 @@
 
 Each number is a file of its own in the letterhead's folder `numbers/`. It is created exclusively,
 which file systems grant to one process only, before anything is written under that number. What
-became of the number is a second file beside it:
+became of the number is in further files beside it:
 
-    RR-2026-0007.json           who requested it, when, for which run
-    RR-2026-0007.issued.json    the files that were written under it, with their SHA-256
-    RR-2026-0007.void.json      why nothing was
+    RR-2026-0007.json            who requested it, when, for which run
+    RR-2026-0007.issued.json     the files that were written under it, with their SHA-256
+    RR-2026-0007.void.json       why nothing was
+    RR-2026-0007.withdrawn.json  who withdrew the document, when and why
 
-So each gap in the sequence has its explanation: a number with neither was interrupted by a crash.
+So each gap in the sequence has its explanation: a number without outcome was interrupted by a
+crash.
 """
 
 from __future__ import annotations
@@ -22,6 +24,7 @@ from itertools import count
 from typing import TYPE_CHECKING
 
 from rigrunner.api.errors import DataError
+from rigrunner.certificate.withdrawal import SUFFIX, read_withdrawal
 from rigrunner.runfile.durable import sync_folder
 
 if TYPE_CHECKING:
@@ -29,6 +32,7 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from rigrunner.api.letterhead import Letterhead
+    from rigrunner.certificate.withdrawal import UnreadableWithdrawal, Withdrawal
 
 FOLDER = "numbers"
 SPECIMEN = "SPECIMEN"
@@ -73,6 +77,14 @@ class Numbers:
         """Record why nothing was written under a number."""
         self._write(f"{number}.void.json", {"number": number, "reason": reason})
 
+    def withdraw(self, withdrawal: Withdrawal) -> Path:
+        """Record a withdrawal, and return the record's file.
+
+        Raises FileExistsError if the document is withdrawn already.
+        """
+        number = withdrawal.number
+        return self._write(f"{number}{SUFFIX}", withdrawal.model_dump(mode="json"))
+
     @property
     def kept(self) -> bool:
         """Whether this folder holds numbers; a copy of the letterhead need not."""
@@ -99,11 +111,24 @@ class Numbers:
         numbers = (newer for newer, record in self._issued() if record.get("amends") == number)
         return next(numbers, "")
 
+    def withdrawal_of(self, number: str) -> Withdrawal | UnreadableWithdrawal | None:
+        """Return the withdrawal of a number; None if it was not withdrawn."""
+        return read_withdrawal(self._folder / f"{number}{SUFFIX}")
+
     def in_force_for(self, run_id: str) -> str:
         """Return the number in force for a run; empty for none."""
+        numbers = (number for number in self._last_for(run_id) if not self.withdrawal_of(number))
+        return next(numbers, "")
+
+    def withdrawn_for(self, run_id: str) -> str:
+        """Return the number on a run that was withdrawn and not replaced; empty for none."""
+        return next(filter(self.withdrawal_of, self._last_for(run_id)), "")
+
+    def _last_for(self, run_id: str) -> Iterator[str]:
+        """Yield the issued numbers on a run that none replaces."""
         issued = {number: each for number, each in self._issued() if each.get("run") == run_id}
         replaced = {record.get("amends") for record in issued.values()}
-        return next((number for number in issued if number not in replaced), "")
+        yield from (number for number in issued if number not in replaced)
 
     def _free(self, year: int) -> Iterator[str]:
         """Yield the numbers that follow those taken in a year, without end."""
@@ -133,17 +158,19 @@ class Numbers:
     def _folder(self) -> Path:
         return self.letterhead / FOLDER
 
-    def _write(self, name: str, content: Mapping[str, object]) -> None:
-        """Write a new file durably; raise FileExistsError if it exists."""
+    def _write(self, name: str, content: Mapping[str, object]) -> Path:
+        """Write a new file durably, and return it; raise FileExistsError if it exists."""
+        path = self._folder / name
         with _explained(self._folder):
             self._folder.mkdir(exist_ok=True)
-        with _explained(self._folder / name, FileExistsError):
-            with (self._folder / name).open("x", encoding="utf-8") as file:
+        with _explained(path, FileExistsError):
+            with path.open("x", encoding="utf-8") as file:
                 json.dump(content, file, ensure_ascii=False, indent=1)
                 file.write("\n")
                 file.flush()
                 os.fsync(file.fileno())
             sync_folder(self._folder)
+        return path
 
 
 def _order(number: str) -> tuple[str, int, str]:

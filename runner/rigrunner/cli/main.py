@@ -61,6 +61,7 @@ COMMANDS = {
     "Certificates": {
         "certify": "Issue a certificate for a stored run.",
         "amend": "Issue a document that replaces a certificate.",
+        "withdraw": "Withdraw a certificate without replacing it.",
         "verify": "Verify a certificate or a run, and recompute its numbers from the samples.",
         "sign": "Sign a certificate with the laboratory's key, or create a key.",
         "decide": "Decide a stored run again, by another rule or other limits.",

@@ -278,6 +278,8 @@ class CertificateItem(BaseModel):
     """The number of the document that it replaces, or ''."""
     reason: str
     replaced_by: str
+    withdrawn: str
+    """By whom, when and why it was withdrawn, or ''."""
     signed: bool
     files: tuple[FileLink, ...]
 
@@ -304,6 +306,7 @@ class VerificationAnswer(BaseModel):
     conclusion: str
     held: list[str]
     differences: list[str]
+    withdrawn: list[str]
     replaced: list[str]
     unproven: list[str]
     not_recomputed: list[str]

@@ -137,6 +137,7 @@ def _item(panel: Panel, run: str, path: Path, certificate: Certificate) -> Certi
         amends="" if certificate.amends is None else certificate.amends.number,
         reason="" if certificate.amends is None else certificate.amends.reason,
         replaced_by=numbers.replaced_by(certificate.number),
+        withdrawn=str(numbers.withdrawal_of(certificate.number) or ""),
         signed=signature.is_file(),
         files=panel.links(run, files),
     )

@@ -79,3 +79,11 @@ def test_certificate_is_issued_verified_amended_and_signed(  # noqa: PLR0915  (a
         page.get_by_role("button", name="Verify this run").click()
         expect(page.locator(".card > .told")).to_contain_text("Match:")
         assert len(list((panel.runs / run).glob("*.sig.json"))) == 1
+
+        number = second.locator("strong").inner_text()
+        words = ("--by", "Z. Head", "--reason", "wrong item", "--letterhead", lab / "letterhead")
+        assert call("withdraw", panel.runs / run / f"{number}.json", *words).code == 0
+        page.reload()
+        expect(second).to_contain_text("withdrawn by Z. Head on 20")
+        second.get_by_role("button", name="Verify").click()
+        expect(second.locator(".told")).to_contain_text("WITHDRAWN")

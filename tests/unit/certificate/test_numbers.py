@@ -14,6 +14,7 @@ from hypothesis import strategies as st
 from helpers_thorough import examples
 from rigrunner.api.errors import DataError
 from rigrunner.certificate.numbers import Numbers
+from rigrunner.certificate.withdrawal import Withdrawal
 
 RECORD = {"by": "A. Nother", "run": "r"}
 RESERVE = """
@@ -99,6 +100,30 @@ def test_number_in_force_is_the_last_issued_and_not_replaced(tmp_path):
     assert (numbers.in_force_for("r"), numbers.in_force_for("q"), numbers.in_force_for("s")) == (
         *(second, third, ""),
     )
+
+
+def test_withdrawn_number_is_not_in_force_and_never_comes_back(tmp_path):
+    numbers = Numbers(tmp_path, "RR")
+    first, second, copy = (
+        numbers.reserve(2026, details)
+        for details in (RECORD, RECORD | {"amends": "RR-2026-0001"}, RECORD)
+    )
+    numbers.issued(first, {})
+    numbers.issued(second, {})
+    assert numbers.withdrawal_of(second) is None
+    withdrawal = Withdrawal(number=second, sha256="", by="B", utc="2026-11-30", reason="wrong")
+    numbers.withdraw(withdrawal)
+    assert numbers.withdrawal_of(second) == withdrawal
+    assert (numbers.in_force_for("r"), numbers.withdrawn_for("r")) == ("", second)
+    with pytest.raises(FileExistsError):
+        numbers.withdraw(withdrawal)
+    assert numbers.replaced_by(first) == second
+    assert numbers.interrupted() == [copy]
+    numbers.issued(copy, {})
+    assert (numbers.in_force_for("r"), numbers.withdrawn_for("r")) == (copy, second)
+    newer = numbers.reserve(2026, RECORD | {"amends": second})
+    numbers.issued(newer, {})
+    assert numbers.withdrawn_for("r") == ""
 
 
 def test_folder_that_cannot_be_written_is_named(tmp_path):

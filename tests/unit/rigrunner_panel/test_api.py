@@ -6,6 +6,7 @@ import asyncio
 import json
 import os
 import shutil
+from datetime import UTC, datetime
 from pathlib import Path
 
 import pytest
@@ -15,6 +16,7 @@ from starlette.testclient import TestClient
 from starlette.websockets import WebSocketDisconnect
 
 from helpers_thorough import examples
+from rigrunner.documents.certifying.withdraw import withdraw
 from rigrunner.registry import load_registry
 from rigrunner.run.locate import find_station
 from rigrunner.tools.labfolder import make_lab
@@ -648,3 +650,13 @@ class TestHistory:
         further = client.post(f"/api/v1/runs/{demo.loaded.name}/certificate", json=copy).json()
         page = next(file for file in further["files"] if file["name"].endswith(".html"))
         assert f"Weiteres Exemplar neben {issued['number']}" in client.get(page["url"]).text
+
+        withdraw(
+            folder / "runs" / demo.loaded.name / f"{issued['number']}.json",
+            folder / "lab/letterhead", by="B. Boss", reason="wrong", now=datetime.now(UTC),
+        )  # fmt: skip
+        items = client.get(f"/api/v1/runs/{demo.loaded.name}/certificates").json()["items"]
+        assert items[0]["withdrawn"].startswith("withdrawn by B. Boss on 20")
+        assert items[1]["withdrawn"] == ""
+        path = f"/api/v1/runs/{demo.loaded.name}/certificates/{issued['number']}/verify"
+        assert len(client.post(path, json={}).json()["withdrawn"]) == 1

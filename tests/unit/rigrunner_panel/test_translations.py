@@ -135,8 +135,10 @@ SPEAKERS = [
     "engine/watching.py", "run/calibration.py", "run/partners.py",
     "run/rig_lock.py", "queue/intake.py", "queue/store.py",
     *sorted(f"documents/verifying/{path.name}" for path in ROOT.glob("documents/verifying/*.py")),
-    *(f"documents/certifying/{name}.py" for name in ("amend", "certify", "office", "sign")),
-    "certificate/order.py",
+    *(f"documents/certifying/{name}.py" for name in (
+        "amend", "certify", "office", "original", "sign",
+    )),
+    "certificate/order.py", "certificate/withdrawal.py",
     *(f"../rigrunner_fleet/{name}.py" for name in (
         "monitoring/observing", "monitoring/trending", "trends/charting",
         "trends/charts", "trends/rules",

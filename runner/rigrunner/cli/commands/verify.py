@@ -58,8 +58,8 @@ def command(
     """Verify a certificate or a run, and recompute its numbers from the samples.
 
     The first line is the verdict, the others list what was checked. The exit code is 1 if anything
-    differs, 11 if the document was replaced, 12 if a page is not proven, 13 if its numbers are from
-    another revision of a method, 10 if the run is missing.
+    differs, 14 if the document was withdrawn, 11 if replaced, 12 if a page is not proven, 13 if its
+    numbers are from another revision of a method, 10 if the run is missing.
     """
     from rigrunner.documents.verifying.certificate import Means, verify_certificate
     from rigrunner.documents.verifying.run import verify_run
@@ -91,6 +91,7 @@ def command(
     groups = {
         "OK       ": verification.held,
         "DIFFERS  ": list(_first_of_each(verification.differences)),
+        "WITHDRAWN ": verification.withdrawn,
         "REPLACED ": verification.replaced,
         "UNPROVEN ": verification.unproven,
         "OTHER    ": [f"numbers not recomputed: {text}" for text in verification.not_recomputed],

@@ -1,1 +1,1 @@
-"""Issue, amend and sign the documents of a laboratory."""
+"""Issue, amend, withdraw and sign the documents of a laboratory."""

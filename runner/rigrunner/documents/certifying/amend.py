@@ -2,23 +2,21 @@
 
 from __future__ import annotations
 
-import hashlib
 from dataclasses import dataclass, field
 from datetime import date
 from typing import TYPE_CHECKING
 
 from rigrunner.analysis.revisions import FIRST
-from rigrunner.api.certificate import parse_certificate
 from rigrunner.api.errors import DataError, UsageError
 from rigrunner.api.progress import unseen
 from rigrunner.certificate.amending import amended, amendment_of
 from rigrunner.certificate.content import Issue
 from rigrunner.certificate.letterhead import read_letterhead
-from rigrunner.certificate.numbers import Numbers, prefix_of
 from rigrunner.certificate.results import conformity_of
 from rigrunner.clock import utc_text
 from rigrunner.documents.certifying.certify import read_source, refuse_late_receipt
 from rigrunner.documents.certifying.office import Issued, Office
+from rigrunner.documents.certifying.original import read_original
 from rigrunner.run.provenance import layouts, software
 
 if TYPE_CHECKING:
@@ -60,21 +58,14 @@ def amend(
 ) -> Issued:
     """Issue a document that replaces the one at a path (its JSON, or a form beside it).
 
+    If that one was withdrawn, the new document says so.
     Raises UsageError if something is missing, the document was replaced before or nothing changes,
     and DataError if the original is not a certificate or not as issued.
     """
     if not request.reason.strip():
         raise UsageError("an amendment needs its --reason", field="reason")
-    file = path.with_suffix(".json")
-    try:
-        content = file.read_bytes()
-    except FileNotFoundError as error:
-        raise UsageError(
-            f"there is no {file}", hint="an amendment is made from the JSON of the original"
-        ) from error
-    except OSError as error:
-        raise DataError(f"{file} cannot be read: {error.strerror or error}") from error
-    original = parse_certificate(content, str(file))
+    replaced = read_original(path, request.letterhead)
+    original = replaced.certificate
     if "received" in request.changes:
         text = request.changes["received"]
         try:
@@ -83,14 +74,15 @@ def amend(
             message = f"--received: '{text}' is not a date; write it as 2026-01-31"
             raise UsageError(message, field="received") from error
         refuse_late_receipt(received, original.performance.started_utc)
-    sha256 = hashlib.sha256(content).hexdigest()
-    _check_issued(original, sha256, request.letterhead)
     letterhead = read_letterhead(
         request.letterhead, request.language or original.appearance.language
     )
-    by = request.authorisation.by
     run = request.run
     conformity = None if run is None else _conformity_in_force(original, run, registry)
+    withdrawal = replaced.numbers.withdrawal_of(original.number)
+    amendment = amendment_of(
+        original, replaced.sha256, request.reason, request.authorisation.by, withdrawal
+    )
 
     def replacement(number: str) -> Certificate:
         issue = Issue(
@@ -100,13 +92,13 @@ def amend(
             restrictions=original.restrictions,
             software=software(registry),
             layouts=layouts(registry),
-            amends=amendment_of(original, sha256, request.reason, by),
+            amends=amendment,
         )
         return amended(original, request.changes, letterhead, issue, conformity)
 
     office = Office(request.letterhead, letterhead, registry, now, progress)
     return office.issue(
-        replacement, request.out or file.parent, is_specimen=bool(original.restrictions)
+        replacement, request.out or replaced.file.parent, is_specimen=bool(original.restrictions)
     )
 
 
@@ -128,23 +120,3 @@ def _conformity_in_force(original: Certificate, run: Path, registry: Registry) -
             hint="its numbers and its verdict would be by different revisions",
         )
     return conformity_of(source.result.decision, source.decided_again)
-
-
-def _check_issued(original: Certificate, sha256: str, folder: Path) -> None:
-    numbers = Numbers(folder, prefix_of(original.number))
-    issued = numbers.digests_of(original.number)
-    if issued and sha256 not in issued:
-        raise DataError(
-            f"{original.number} has changed since it was issued: its SHA-256 is {sha256[:12]}…",
-            hint=f"the laboratory's {folder} has another on record",
-        )
-    if not issued:
-        raise UsageError(
-            f"{original.number} was not issued under the letterhead in {folder}",
-            hint="name the folder that holds its number with --letterhead",
-        )
-    replaced = numbers.replaced_by(original.number)
-    if replaced:
-        raise UsageError(
-            f"{original.number} was already replaced by {replaced}", hint="amend that one"
-        )

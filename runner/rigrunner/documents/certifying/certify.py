@@ -168,6 +168,11 @@ def _further_copy(
     numbers = Numbers.of(request.letterhead, letterhead, is_specimen=is_specimen)
     number = numbers.in_force_for(run_id)
     if not number:
+        if withdrawn := numbers.withdrawn_for(run_id):
+            raise UsageError(
+                f"{withdrawn} was issued on {run_id}, and {numbers.withdrawal_of(withdrawn)}",
+                hint=f"'rigrunner amend' replaces {withdrawn}, and the further document says so",
+            )
         if reason:
             raise UsageError(
                 f"nothing was issued on {run_id} yet, so this is not a further copy",

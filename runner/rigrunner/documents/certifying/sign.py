@@ -61,7 +61,10 @@ def sign(certificate: Path, signer: Signer, registry: Registry, now: datetime) -
                 hint="name the laboratory's folder with --letterhead",
             )
         check_document(verification, document, registry, signer.letterhead, signed=False)
-    problems = [*verification.differences, *verification.replaced, *verification.unproven]
+    problems = [
+        *(*verification.differences, *verification.withdrawn),
+        *(*verification.replaced, *verification.unproven),
+    ]
     if problems:
         more = f" (and {len(problems) - 1} more)" if len(problems) > 1 else ""
         raise DataError(

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 from rigrunner.api.certificate import parse_certificate
 from rigrunner.api.errors import DataError, MissingPackageError
 from rigrunner.certificate.numbers import Numbers, prefix_of
+from rigrunner.certificate.withdrawal import SUFFIX, read_withdrawal
 from rigrunner.documents.verifying.forms import Form, paths_of
 from rigrunner.documents.verifying.pages import check_page, page_maker
 from rigrunner.proof.compare import mismatches
@@ -157,9 +158,9 @@ def check_number(
     certificate: Certificate,
     letterhead: Path | None,
 ) -> None:
-    """Compare a document with the record of numbers, and report whether it was replaced.
+    """Compare a document with the record of numbers, and report whether it is in force.
 
-    Without the folder of the laboratory, documents in the same folder are searched.
+    It may be replaced or withdrawn, by that record or by a document in the same folder.
     """
     number, numbers = certificate.number, None
     if letterhead is not None:
@@ -175,15 +176,35 @@ def check_number(
             verification.information.append(
                 f"{letterhead} has no record of numbers, so it was not checked"
             )
+    if numbers and (withdrawal := numbers.withdrawal_of(number)):
+        verification.withdrawn.append(f"{number} is no longer in force: {withdrawal}")
+    elif notice := _notice_beside(forms, number):
+        verification.withdrawn.append(f"{number} is no longer in force, as {notice}")
     if numbers and (new := numbers.replaced_by(number)):
         verification.replaced.append(f"{number} is no longer in force: {new} replaced it")
     elif new := _replacement_beside(forms, number):
         verification.replaced.append(f"{number} is no longer in force, as {new} beside it says")
 
 
+def _notice_beside(forms: Sequence[Form], number: str) -> str:
+    """Return what the notice in the same folder says that withdraws this document."""
+    notice = forms[0].path.parent / f"{number}{SUFFIX}"
+    withdrawal, digests = read_withdrawal(notice), _digests(forms)
+    if not withdrawal:
+        return ""
+    # Another laboratory may have issued the same number. A damaged notice names no digest.
+    is_other = withdrawal.sha256 and digests and withdrawal.sha256 not in digests
+    return "" if is_other else f"{notice.name} beside it says: {withdrawal}"
+
+
+def _digests(forms: Sequence[Form]) -> frozenset[str]:
+    """Return the digests of the JSON, which documents on this one name; empty without it."""
+    return frozenset().union(*(form.digests for form in forms if form.suffix == ".json"))
+
+
 def _replacement_beside(forms: Sequence[Form], number: str) -> str:
     """Return the number of a document in the same folder that replaces this one."""
-    digests = frozenset().union(*(form.digests for form in forms if form.suffix == ".json"))
+    digests = _digests(forms)
     own_paths = {form.path for form in forms}
     for path in sorted(forms[0].path.parent.glob("*.json")):
         candidate = _amends(path, number) if path not in own_paths else None

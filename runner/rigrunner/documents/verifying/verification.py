@@ -17,6 +17,8 @@ class Verification:
 
     held: list[str] = field(default_factory=list)
     differences: list[str] = field(default_factory=list)
+    withdrawn: list[str] = field(default_factory=list)
+    """Who withdrew this document, when and why."""
     replaced: list[str] = field(default_factory=list)
     """The document that replaces this one."""
     unproven: list[str] = field(default_factory=list)
@@ -47,6 +49,8 @@ class Verification:
         count = len(self.differences)
         if count:
             yield ExitCode.FAIL, f"DOES NOT MATCH: {count} difference{'' if count == 1 else 's'}"
+        if self.withdrawn:
+            yield ExitCode.WITHDRAWN, f"WITHDRAWN: {self.withdrawn[0]}"
         if self.replaced:
             yield ExitCode.REPLACED, f"REPLACED: {self.replaced[0]}"
         if self.unproven:

@@ -10,6 +10,7 @@ import pytest
 from helpers_certificate import issue, make_letterhead
 from rigrunner.api.errors import UsageError
 from rigrunner.certificate.numbers import Numbers
+from rigrunner.certificate.withdrawal import Withdrawal
 from rigrunner.documents.certifying.certify import _further_copy, _refuse_early_issue
 
 SOURCE = SimpleNamespace(
@@ -40,6 +41,25 @@ def test_second_certificate_on_a_run_must_be_an_amendment(tmp_path):
         with pytest.raises(UsageError, match="RR-2026-0001 was already issued on r") as caught:
             _further_copy(SOURCE, letterhead, request(tmp_path, reason), is_specimen=False)
         assert "rigrunner amend" in caught.value.hint
+
+
+@pytest.mark.parametrize("is_specimen", [True, False])
+def test_run_whose_certificate_was_withdrawn_is_certified_by_an_amendment(tmp_path, is_specimen):
+    """The new document must name what it replaces (ISO/IEC 17025, 7.8.8.3)."""
+    letterhead = SimpleNamespace(prefix="RR")
+    numbers = Numbers.of(tmp_path, letterhead, is_specimen=is_specimen)
+    number = numbers.reserve(2026, {"run": "r"})
+    numbers.issued(number, {})
+    numbers.withdraw(
+        Withdrawal(number=number, sha256="", by="B", utc="2026-11-22T09:30:00Z", reason="wrong")
+    )
+    for reason in ("", "in German"):
+        with pytest.raises(UsageError) as caught:
+            _further_copy(SOURCE, letterhead, request(tmp_path, reason), is_specimen=is_specimen)
+        assert caught.value.message == (
+            f"{number} was issued on r, and withdrawn by B on 2026-11-22: wrong"
+        )
+        assert f"'rigrunner amend' replaces {number}" in caught.value.hint
 
 
 def test_further_specimen_certificate_needs_a_reason(tmp_path):

@@ -120,6 +120,13 @@ def test_document_that_is_not_on_record_is_refused(issued, certificate, key, tmp
     )
 
 
+def test_withdrawn_certificate_is_refused(issued, certificate, key, tmp_path):
+    letterhead = shutil.copytree(issued[0], tmp_path / "letterhead")
+    words = ("--reason", "the wrong item", "--by", "B", "--letterhead", letterhead)
+    assert call("withdraw", certificate, *words).code == 0
+    assert "is no longer in force: withdrawn by B on 20" in refusal(certificate, key, letterhead)
+
+
 @pytest.mark.thorough
 def test_replaced_certificate_is_refused(issued, certificate, key, tmp_path):
     letterhead = shutil.copytree(issued[0], tmp_path / "letterhead")

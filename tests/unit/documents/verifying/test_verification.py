@@ -9,6 +9,7 @@ from rigrunner.documents.verifying.verification import Verification
 
 CONCLUSIONS = {
     "differences": (ExitCode.FAIL, "DOES NOT MATCH: 1 difference"),
+    "withdrawn": (ExitCode.WITHDRAWN, "WITHDRAWN: x"),
     "replaced": (ExitCode.REPLACED, "REPLACED: x"),
     "unproven": (ExitCode.UNPROVEN, "PAGE NOT PROVEN: x"),
     "not_recomputed": (ExitCode.REVISED, "NUMBERS NOT RECOMPUTED: x"),

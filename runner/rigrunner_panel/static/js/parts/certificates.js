@@ -11,7 +11,7 @@ import { filledIn, textField } from "./field.js";
 import { working } from "./working.js";
 
 const CHANGES = ["customer", "customer_contact", "item", "item_id", "item_condition", "received", "operator"];
-const FINDINGS = [["differences", "bad"], ["replaced", "warn"], ["unproven", "warn"], ["not_recomputed", "warn"], ["unchecked", "warn"], ["information", ""]];
+const FINDINGS = [["differences", "bad"], ["withdrawn", "bad"], ["replaced", "warn"], ["unproven", "warn"], ["not_recomputed", "warn"], ["unchecked", "warn"], ["information", ""]];
 
 export function certificateList(run) {
   const base = `runs/${encodeURIComponent(run)}`;
@@ -32,18 +32,20 @@ export function certificateList(run) {
     const address = `${base}/certificates/${encodeURIComponent(item.number)}`;
     const marks = [
       item.for_certification ? null : h("span", { class: "mark warn" }, t("certificates.not_for")),
+      item.withdrawn ? h("span", { class: "mark warn" }, t("certificates.withdrawn")) : null,
       item.replaced_by ? h("span", { class: "mark warn" }, t("certificates.replaced", { number: item.replaced_by })) : null,
       item.signed ? h("span", { class: "mark pass" }, t("certificates.signed")) : null,
     ];
     return h("div", { class: "issued" },
       h("div", { class: "row" }, h("strong", {}, item.number), marks),
       h("p", { class: "soft" }, t("certificates.by", { time: localTime(item.issued_utc), name: item.by })),
+      item.withdrawn ? h("p", { class: "soft" }, translate(item.withdrawn)) : null,
       item.amends ? h("p", { class: "soft" }, t("certificates.amends", { number: item.amends, reason: item.reason })) : null,
       fileList(item.files),
       h("div", { class: "row" },
         button(t("certificates.verify"), () => verify(`${address}/verify`, place)),
         item.replaced_by ? null : button(t("certificates.amend"), () => amend(item, address)),
-        canSign && !item.signed ? button(t("certificates.sign"), () => sign(item, address)) : null),
+        canSign && !item.signed && !item.withdrawn ? button(t("certificates.sign"), () => sign(item, address)) : null),
       place);
   }
 
