@@ -34,14 +34,14 @@ def rigrunner_certificate_formats() -> list[CertificateFormatRecord]:
             name="html",
             help="One self-contained page, for the screen and for A4",
             suffix=".html",
-            revision=6,
+            revision=7,
             factory=Imported("rigrunner_reports.certificate.render:html", called=False),
         ),
         CertificateFormatRecord(
             name="pdf",
             help="Tagged A4 pages with bookmarks and page numbers, for the record",
             suffix=".pdf",
-            revision=6,
+            revision=7,
             factory=Imported("rigrunner_reports.certificate.pdf:pdf_maker"),
         ),
     ]

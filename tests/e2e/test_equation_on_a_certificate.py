@@ -84,6 +84,14 @@ def test_content_has_equation_and_budget_of_the_deciding_value(issued):
     assert contributions == pytest.approx(by_hand, rel=1e-6)
 
 
+def test_reason_is_in_the_language_of_the_certificate(issued):
+    page = form(issued, ".html").read_text(encoding="utf-8")
+    conformity = page.split('id="conformity"')[1].split("</section>")[0]
+    # 12.022 V, squared, over 10 Ω is 14.45 W
+    assert "Begründung: Abstand zum Grenzwert ≤ 15 W: 0,55 W." in conformity
+    assert 'lang="en"' not in conformity
+
+
 @pytest.mark.thorough
 def test_every_form_shows_equation_and_budget_and_verifies(issued):
     require_pdf()

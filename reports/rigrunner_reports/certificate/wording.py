@@ -54,6 +54,18 @@ class Wording:
         translated = self.texts.said(recorded)
         return self.number(translated) if translated != recorded else recorded
 
+    def reason(self, stated: LimitStatement) -> str:
+        """Return why a limit has its verdict, in this language, or as recorded if it is not known.
+
+        The record begins with what the limit applies to. That is English, and on the page already.
+        """
+        of, named = re.escape(stated.of), re.escape(stated.named)
+        beginning = re.match(f"(?:At |The |{named}, )?{of}: ", stated.reason, re.IGNORECASE)
+        sentence = stated.reason[beginning.end() :] if beginning else stated.reason
+        sentence = f"{sentence[:1].upper()}{sentence[1:]}"
+        translated = self.said(sentence)
+        return stated.reason if translated == sentence else translated
+
     def plain(self, value: float) -> str:
         """Return a set value as it was written."""
         return self.number(plain(value))

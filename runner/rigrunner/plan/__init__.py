@@ -8,6 +8,7 @@ from rigrunner.plan.making import check_station, make_plan, plan_text
 from rigrunner.plan.partners import check_partners
 from rigrunner.plan.plugins import check_plugins, check_rule, check_station_plugins
 from rigrunner.plan.prediction import PredictedReading, Prediction, predict
+from rigrunner.plan.register import check_register
 from rigrunner.plan.reviewing import check_plan, expected_readings, run_to_come
 
 __all__ = [
@@ -19,6 +20,7 @@ __all__ = [
     "check_partners",
     "check_plan",
     "check_plugins",
+    "check_register",
     "check_rule",
     "check_station",
     "check_station_plugins",

@@ -16,6 +16,7 @@ from rigrunner.plan import (
     check_partners,
     check_plan,
     check_plugins,
+    check_register,
     check_station_plugins,
     expected_readings,
     make_plan,
@@ -133,14 +134,16 @@ def plan_run_in(
         lambda: make_plan(loaded_procedure, loaded_station, devices), except_for=missing
     )
     problems.without(lambda: check_result_limits(loaded_procedure, registry))
+    checked_station = problems.without(lambda: check_register(loaded_station, devices))
+    checked_station = checked_station or loaded_station
     # A plan lacks the steps of devices that could not be made: what analyses miss follows from it.
     if plan is not None and not missing:
         if loaded_procedure.model.analysis:
-            to_come = run_to_come(loaded_procedure.model, loaded_station, plan, devices)
+            to_come = run_to_come(loaded_procedure.model, checked_station, plan, devices)
             problems.without(
-                lambda: check_plan(loaded_procedure, loaded_station, to_come, registry)
+                lambda: check_plan(loaded_procedure, checked_station, to_come, registry)
             )
-        problems.without(lambda: check_analyses(loaded_procedure, loaded_station, plan, registry))
+        problems.without(lambda: check_analyses(loaded_procedure, checked_station, plan, registry))
     if plan is not None:
         problems.without(lambda: check_partners(loaded_procedure, loaded_station, registry))
     approval = problems.without(lambda: approval_state(loaded_procedure))

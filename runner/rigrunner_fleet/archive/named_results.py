@@ -32,7 +32,10 @@ def named_results(document: object, decision: object) -> list[Row]:
 
 
 def coordinates(document: object) -> list[Row]:
-    """Return a row for each coordinate of each named result, in units that make runs comparable."""
+    """Return a row for each coordinate of each named result, in units that make runs comparable.
+
+    The text is as stated, in the unit of the procedure.
+    """
     coordinate_rows = []
     for order, result in _numbered(document):
         for name, coordinate in coordinates_in(result).items():
@@ -44,7 +47,7 @@ def coordinates(document: object) -> list[Row]:
                 "short": key(name.rpartition(".")[2]),
                 "value": number(usual.value),
                 "unit": text(usual.unit) if is_number else None,
-                "text": text(str(usual)),
+                "text": text(str(coordinate)),
             }
             coordinate_rows.append(row)
     return coordinate_rows
@@ -65,7 +68,7 @@ def _result(order: int, result: Row, parts_by_place: dict[str, list[Row]]) -> Ro
         "name": key(result.get("name")),
         "symbol": text(result.get("symbol")),
         "measurand": text(result.get("text")),
-        "place": text(place_text({n: value.usual for n, value in coordinates_in(result).items()})),
+        "place": text(place_text(coordinates_in(result))),
         "value": value,
         "u": number(at(estimate, "standard_uncertainty")),
         "expanded": number(at(estimate, "expanded_uncertainty_95")),

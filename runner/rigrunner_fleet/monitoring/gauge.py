@@ -12,7 +12,12 @@ from rigrunner.api.errors import DataError, UsageError
 from rigrunner.api.studies import Excluded, GaugeStudy
 from rigrunner_fleet.archive.querying import rows
 from rigrunner_fleet.archive.rows import FOLDER
-from rigrunner_fleet.monitoring.observing import RunValue, named_values, why_excluded
+from rigrunner_fleet.monitoring.observing import (
+    RunValue,
+    coordinate_of,
+    named_values,
+    why_excluded,
+)
 from rigrunner_fleet.monitoring.quantities import TORQUE_UNIT, TORQUES, of_name, quantity_in
 from rigrunner_fleet.trends.gauge_rr import gauge_rr
 
@@ -93,13 +98,18 @@ def _torques(archive: Database, quantity: Quantity, filters: Filters) -> dict[st
 
 
 def _set_points(archive: Database, filters: Filters) -> dict[tuple[str, int], str]:
-    """Return the set-points of each named result by run and number: 'role.name = 100 °C'."""
+    """Return the set-points of each named result by run and number: 'role.name = 100 °C'.
+
+    Equal ones have equal texts, also where runs state them in different units.
+    """
     set_points: dict[tuple[str, int], str] = {}
+    shown: dict[tuple[Any, ...], str] = {}
     for row in rows(archive, "coordinates", filters):
         if row["name"] != row["short"]:
             key = row[FOLDER], row["number"]
             previous = [set_points[key]] if key in set_points else []
-            set_points[key] = ", ".join([*previous, f"{row['name']} = {row['text']}"])
+            text = shown.setdefault(coordinate_of(row), f"{row['name']} = {row['text']}")
+            set_points[key] = ", ".join([*previous, text])
     return set_points
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections import Counter
 from dataclasses import dataclass, field
 from math import floor, inf, isfinite, log10, ulp
@@ -26,6 +27,8 @@ if TYPE_CHECKING:
 Bounds = tuple[float | None, float | None]
 """A lower and an upper limit; None for a missing one."""
 NOT_STATED = "not stated"
+_UNIT = re.compile(r"([\w.-]+) = [+-]?\d[\d.]*(?:e[+-]?\d+)?(.*?)(?:, |$)")
+"""Name and unit of a coordinate that is a number, in the text of a place."""
 _OF_POINTS = ("frequency", "load")
 _APART = "separate them: --by rig --by mandrel"
 
@@ -160,15 +163,46 @@ def named_values(archive: Database, filters: Filters) -> dict[str, list[RunValue
         hint = "choose by --procedure or --revision"
         raise UsageError(f"'{results[0]['name']}' is in {' and in '.join(kinds)}", hint=hint)
     values: dict[str, list[RunValue]] = {}
+    places = _places(archive, filters, results)
     for row in results:
-        values.setdefault(row[FOLDER], []).append(_in_unit(row, results[-1]["unit"]))
+        value = _in_unit(row, results[-1]["unit"], places[row["place"]])
+        values.setdefault(row[FOLDER], []).append(value)
     return values
 
 
-def _in_unit(row: Mapping[str, Any], symbol: str) -> RunValue:
+def _places(
+    archive: Database, filters: Filters, results: Sequence[Mapping[str, Any]]
+) -> dict[str | None, str]:
+    """Return each place of results, by its text, as the newest run states it.
+
+    Runs may state one place in different units: their coordinates are compared then.
+    """
+    newest: dict[str | None, Mapping[str, Any]] = {}
+    for row in reversed(results):  # the oldest run is first
+        newest.setdefault(row["place"], row)
+    units = {unit for place in newest for unit in _UNIT.findall(place or "")}
+    if len({name for name, _ in units}) == len(units):
+        return {place: place or "" for place in newest}
+    at: dict[tuple[str, int], set[tuple[Any, ...]]] = {}
+    for row in rows(archive, "coordinates", filters):
+        at.setdefault((row[FOLDER], row["number"]), set()).add(coordinate_of(row))
+    shown: dict[frozenset[tuple[Any, ...]], str] = {}
+    places: dict[str | None, str] = {}
+    for place, row in newest.items():
+        coordinates = frozenset(at.get((row[FOLDER], row["number"]), ()))
+        places[place] = shown.setdefault(coordinates, place or "")
+    return places
+
+
+def coordinate_of(row: Mapping[str, Any]) -> tuple[Any, ...]:
+    """Return name and value of a coordinate of an archive: equal ones are the same."""
+    return row["name"], row["text"] if row["value"] is None else row["value"], row["unit"]
+
+
+def _in_unit(row: Mapping[str, Any], symbol: str, place: str) -> RunValue:
     """Return a named result in another unit of the same kind; unchanged if it is its own."""
     expanded = None if row["expanded"] is None else float(row["expanded"])
-    value, place = row["value"], row["place"] or ""
+    value = row["value"]
     limits = row["lower"], row["upper"]
     if row["unit"] != symbol:
         scale = unit(row["unit"]).factor / unit(symbol).factor

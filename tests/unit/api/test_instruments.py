@@ -182,6 +182,19 @@ def test_readings_are_corrected_between_the_points():
     assert instrument.half_width("overall") == pytest.approx(0.2 + off, abs=1e-9)
 
 
+def test_largest_uncertainty_of_the_points_holds_for_every_reading():
+    """Stored runs were computed so; points above the range in use may be left out instead."""
+    points = [
+        {"applied": f"{newtons} N", "indicated": f"{newtons} N", "U": f"{newtons / 1000} N"}
+        for newtons in (10, 100, 1000)
+    ]
+    cell = {"channel": "tester.load", "measures": "force", "serial": "9", "interpolation": "linear"}
+    whole, lower = (Instrument.model_validate(cell | {"points": points[:n]}) for n in (3, 2))
+    assert {whole.limit_of_error(value) for value in (5.0, 10.0, 50.0, 1000.0)} == {1.0}
+    assert whole.reading_errors(5.0)[0].u == pytest.approx(1 / np.sqrt(3))
+    assert (lower.limit_of_error(5.0), lower.calibrated_range) == (0.1, (0.0, 100.0))
+
+
 @pytest.mark.parametrize(
     ("accuracy", "words"),
     [

@@ -24,6 +24,7 @@ from rigrunner.api.certificate import (
     Certificate,
     DeviationKind,
     InstrumentEntry,
+    LimitStatement,
     RejectedCycle,
     Restriction,
     certificate_json,
@@ -167,6 +168,47 @@ def test_german_texts_differ_from_english_texts():
 def test_recorded_text_is_translated_where_known(recorded, german):
     assert said("de")(recorded) == german
     assert said("en")(recorded) == recorded
+
+
+def stated(of, reason, **fields):
+    required = ("named", "verdict", "limit", "source", "uncompensated")
+    limits = {"lower": None, "upper": None, "probability_of_conformity": None}
+    texts_of_it = dict.fromkeys(required, "?") | fields | {"of": of, "reason": reason}
+    return LimitStatement(**texts_of_it, **limits)
+
+
+@pytest.mark.parametrize(
+    ("of", "reason", "german"),
+    [
+        ("mean", "Margin to the limit ≤ 0.95 N·m: 0.2 N·m.", "≤ 0,95 N·m: 0,2 N·m."),
+        ("mean", "The mean: margin to the limit ≥ 1 V: 2 V.", "≥ 1 V: 2 V."),
+        ("35 Hz", "At 35 Hz: margin to the limit ≥ 1 V: 2 V.", "≥ 1 V: 2 V."),
+        ("35 Hz", "V, 35 Hz: Margin to the limit ≥ 1 V: 2 V.", "≥ 1 V: 2 V."),
+        ("mean V", "Mean V: Margin to the limit ≥ 1 V: 2 V.", "≥ 1 V: 2 V."),
+        ("V at a.i = 2 A", "V at a.i = 2 A: Margin to the limit ≥ 1 V: 2 V.", "≥ 1 V: 2 V."),
+        (
+            "worst V at a.i = 2 A",
+            (
+                "Worst V at a.i = 2 A: Margin to the limit 0.5 V to 2.5 V: 1 V, less than U = 2 V;"
+                " conformity is not demonstrated."
+            ),
+            "0,5 V bis 2,5 V: 1 V, weniger als U = 2 V; die Konformität ist nicht nachgewiesen.",
+        ),
+    ],
+)
+def test_reason_of_a_verdict_is_translated_without_what_it_is_about(of, reason, german):
+    wording = Wording(texts("de", {}))
+    assert wording.reason(stated(of, reason, named="V")) == f"Abstand zum Grenzwert {german}"
+    assert Wording(texts("en", {})).reason(stated(of, reason, named="V")) == reason
+
+
+def test_reason_of_an_author_stays_as_written():
+    wording = Wording(texts("de", {}))
+    missing = "V at a.i = 0 A: There is no value of V at a.i = 0 A: the coil is cold at 1.5 K."
+    german = "Es gibt keinen Wert von V bei a.i = 0 A: the coil is cold at 1,5 K."
+    assert wording.reason(stated("V at a.i = 0 A", missing)) == german
+    unknown = "V at a.i = 0 A: The coil is cold at 1.5 K."
+    assert wording.reason(stated("V at a.i = 0 A", unknown)) == unknown
 
 
 def test_panel_and_certificates_share_translations():

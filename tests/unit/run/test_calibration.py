@@ -105,7 +105,7 @@ CASES = {
         "missing", "A-1 (tester.angle) has no certificate and no due", "instruments[1]",
     ),
     "not in the register": (
-        ("channel: tester.load", "channel: tester.spare"),
+        (OTHERS[OTHERS.index("  - channel: tester.load") :], ""),
         "missing", "there is no instrument for tester.load, whose value enters the result",
         "instruments",
     ),

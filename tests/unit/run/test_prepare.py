@@ -8,6 +8,19 @@ from rigrunner.run.prepare import plan_run
 
 pytestmark = pytest.mark.usefixtures("tester")
 
+READINGS = """\
+rigrunner: procedure/2
+id: T-READ
+revision: A
+title: Readings
+uses: {tester: tester}
+main:
+  - measure: {channels: [tester.torque]}
+analysis:
+  - readings: {of: tester.torque, result: {name: torque, unit: N·m}}
+"""
+LIMITED = f"{READINGS}acceptance: {{limits: [{{of: torque, max: 9 N·m, source: sheet}}]}}\n"
+
 
 def problems_of(procedure, station):
     with pytest.raises(InvalidFileError) as caught:
@@ -55,13 +68,35 @@ def test_missing_channels_of_invalid_device_are_not_reported(tmp_path):
         encoding="utf-8",
     )
     procedure = tmp_path / "readings.yaml"
-    procedure.write_text(
-        "rigrunner: procedure/2\nid: T-READ\nrevision: A\ntitle: Readings\n"
-        "uses: {tester: tester}\nmain:\n  - measure: {channels: [tester.torque]}\nanalysis:\n"
-        "  - readings: {of: tester.torque, result: {name: torque, unit: N·m}}\n",
-        encoding="utf-8",
-    )
+    procedure.write_text(READINGS, encoding="utf-8")
     assert set(problems_of(procedure, station)) == {"devices.tester.settings.sed"}
+
+
+@pytest.mark.parametrize(
+    ("name", "hint", "more"),
+    [("torqe", "did you mean 'torque'? there are: ", []), ("xyz", "there are: ", [True])],
+)
+def test_instrument_of_a_channel_that_its_device_lacks_is_named(tmp_path, name, hint, more):
+    station = station_file(tmp_path, ("channel: tester.torque", f"channel: tester.{name}"))
+    lines = station.read_text(encoding="utf-8").splitlines()
+    line = next(number for number, text in enumerate(lines, 1) if f"tester.{name}" in text)
+    procedure = tmp_path / "limited.yaml"
+    procedure.write_text(LIMITED, encoding="utf-8")
+    with pytest.raises(InvalidFileError) as caught:
+        plan_run(procedure, station, load_registry(), SimulatedClock())
+    problem, *others = caught.value.problems
+    assert (problem.location.file, problem.location.line) == (str(station), line)
+    assert problem.field == "instruments[0].channel"
+    assert problem.message == f"the device in the role 'tester' has no channel '{name}'"
+    assert problem.hint == f"{hint}angle, torque, load, temperature, frequency"
+    # Where it is known which channel is meant, it does not lack an instrument too.
+    assert ["there is no instrument" in other.message for other in others] == more
+
+
+def test_instrument_may_be_of_a_drive(tmp_path):
+    station = station_file(tmp_path, ("channel: tester.torque", "channel: tester.frequency"))
+    procedure = procedure_file(tmp_path, "idle")
+    plan_run(procedure, station, load_registry(), SimulatedClock())
 
 
 def faulty_station(folder, settings):

@@ -43,7 +43,7 @@ instruments:
     full_scale: {full_scale}
     accuracy: {{gain: 0.3 %, offset: 0.02 N·m, drift: 0.02 N·m, nonlinearity: 0.05 %}}
 {low_pass}\
-  - channel: tester.torque{second}
+  - channel: {second}.torque
     serial: T-2
     full_scale: 10 N·m
     low_pass: {{type: butterworth, order: 2, corner: 1 kHz}}
@@ -65,7 +65,7 @@ CORRECT = {
     "room": "swing_tester_sim",
     "full_scale": "10 N·m",
     "low_pass": "    low_pass: {type: butterworth, order: 2, corner: 1 kHz}\n",
-    "second": "_of_the_press",
+    "second": "room",
     "accuracy": "    accuracy: {gain: 0.3 %, offset: 0 N·m, drift: 0 N·m, nonlinearity: 0 %}\n",
     "due": "2027-05-01",
     "serial": "serial",
@@ -79,7 +79,7 @@ MISTAKES = {
     "room": ("room_thermometr", "there is no device 'room_thermometr'"),
     "full_scale": ("10 N", "got '10 N', a force, expected a torque"),
     "low_pass": ("", "the low_pass of the instrument for tester.torque is missing"),
-    "second": ("", "'tester.torque' is registered twice"),
+    "second": ("tester", "'tester.torque' is registered twice"),
     "accuracy": ("", "the key 'accuracy' is missing, or calibration 'points'"),
     "due": ("2025-05-01", "calibrated (2026-05-01) must not be after due (2025-05-01)"),
     "serial": ("serail", "unknown key 'serail'"),

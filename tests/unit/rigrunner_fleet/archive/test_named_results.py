@@ -10,6 +10,7 @@ from e2e.helpers_trends import on_day
 from rigrunner.api.errors import UsageError
 from rigrunner_fleet.archive import index, open_archive, query
 from rigrunner_fleet.archive.filters import Filters
+from rigrunner_fleet.monitoring.gauge import read_sessions
 from rigrunner_fleet.monitoring.observing import observe
 from unit.rigrunner_fleet.archive.helpers_archive import store_run
 from unit.rigrunner_fleet.archive.helpers_named_results import (
@@ -44,6 +45,46 @@ def test_results_are_stored_as_stated_with_limits_and_verdict(archived):
     }  # fmt: skip
     assert {name: row[name] for name in expected} == expected
     assert row["si_value"] == pytest.approx(138.95)
+
+
+def store_at(runs, name, value, unit, day, **more):
+    """Store a run with a resistance at one position of a stage."""
+    document = resistance_document({100.0: 138.5 + 0.01 * day})
+    place = {"stage.x": {"value": value, "unit": unit}, **more}
+    document["results"][0]["coordinates"] = place
+    document["decision"]["parts"][0]["coordinates"] = place
+    inputs = {"specimen": f"P{day % 2}", "operator": f"O{day // 2 % 2}"}
+    store_run(runs, name, document, recordings=0, started_utc=on_day(day), inputs=inputs)
+
+
+def test_place_is_stated_in_the_unit_of_the_procedure(database, runs):
+    store_at(runs, "r", 0.5, "mm", 1)
+    store_at(runs, "s", 45.0, "°", 2)
+    with closing(open_archive(database=database)) as archive:
+        index(archive, [runs])
+    places = [row["place"] for row in query("results", database=database)]
+    assert places == ["stage.x = 0.5 mm", "stage.x = 45 °"]
+    (row,) = query("coordinates", database=database, where={"x": "0.0005 m"})
+    assert (row["value"], row["unit"], row["text"]) == (0.0005, "m", "0.5 mm")
+    assert results_of(database, where={"x": "500 µm"})[0][0] == "r"
+    assert query("results", database=database, where={"x": "500 µm"}).column("upper") == [138.808]
+
+
+def test_places_in_several_units_are_one_as_the_newest_run_states_it(database, runs):
+    label = {"state": "slow, at 3 = 4 V"}
+    for day in range(8):
+        value, symbol = ((0.5, "mm"), (500.0, "µm"))[day // 4]
+        store_at(runs, f"day-{day}", value, symbol, day, **label)
+    store_at(runs, "other", 0.6, "mm", 8, **label)
+    with closing(open_archive(database=database)) as archive:
+        index(archive, [runs])
+        observations = observe(archive, "resistance", Filters())
+        sessions = read_sessions(archive, "resistance", Filters())
+    counts = {name: len(group.observed) for name, group in observations.groups.items()}
+    state = "state = slow, at 3 = 4 V"
+    at = "type not stated, lot not stated, stage.x = "
+    assert counts == {f"{at}500 µm, {state}": 8, f"{at}0.6 mm, {state}": 1}
+    assert sessions.places == {"stage.x = 0.5 mm", "stage.x = 0.6 mm"}
 
 
 @pytest.mark.parametrize(
