@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-import time
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -10,7 +10,8 @@ import numpy as np
 from rigrunner.api import events
 from rigrunner.api.data import Block
 from rigrunner_testing.check import AnyCheck, check, demand
-from rigrunner_testing.device.watching import census
+from rigrunner_testing.device.watching import census, leaks_since
+from rigrunner_testing.own_time import TRIES, measured
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -39,12 +40,11 @@ def takes_every_event(subject: Subject) -> None:
 def comes_back_at_once(subject: Subject) -> None:
     """It returns from each event within 0.1 s, since it is called during the run."""
     shortest: dict[tuple[int, str], float] = {}
-    for _ in range(3):  # of each event the quickest: other processes may have had the processor
+    for _ in range(TRIES):
         sink = _sink(subject)
         for event in run():
-            began_s = time.monotonic()
-            sink(event)
-            took_s, key = time.monotonic() - began_s, (event.seq, type(event).__name__)
+            took_s = measured(partial(sink, event)).took_s
+            key = (event.seq, type(event).__name__)
             shortest[key] = min(shortest.get(key, took_s), took_s)
     slow = {name: took_s for (_, name), took_s in shortest.items() if took_s > AT_ONCE_S}
     demand(not slow, ", ".join(f"{name} took it {took_s:.2f} s" for name, took_s in slow.items()))
@@ -74,7 +74,7 @@ def lets_go_when_the_run_ends(subject: Subject) -> None:
     _listen(subject)  # so that lazy imports do not count
     before = census()
     _listen(subject)
-    leaks = census().more_than(before)
+    leaks = leaks_since(before)
     demand(not leaks, f"after the run it still holds: {leaks}")
 
 

@@ -13,7 +13,7 @@ from rigrunner.api.errors import DataError
 from rigrunner.api.hooks import ImporterRecord
 from rigrunner.api.importing import Column, NotInFileError
 from rigrunner_testing.check import AnyCheck, Nonconformity, applies, check, demand
-from rigrunner_testing.device.watching import census
+from rigrunner_testing.device.watching import census, leaks_since
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -86,7 +86,7 @@ def closes_its_files(subject: Subject) -> None:
         before = census()
         for path in paths:
             _refusal(importer, path)
-        leaks = census().more_than(before)
+        leaks = leaks_since(before)
         demand(not leaks, f"it left open: {leaks}")
 
 

@@ -230,7 +230,7 @@ def test_killed_guardian_is_replaced_and_recorded(rigs):
     first = run.guardian()
     first.kill()
     run.until(lambda: (guardian := run.guardian()) is not None and guardian.pid != first.pid)
-    time.sleep(0.5)
+    time.sleep(2.0)  # it says so within milliseconds
     run.process.kill()
     run.until_safe()
     output = run.output()

@@ -17,7 +17,11 @@ from typing import TYPE_CHECKING
 import numpy as np
 import pytest
 
+from e2e.helpers_loopback import patient_station
+from helpers_cli import call
 from helpers_workflow import quick_procedure
+from rigrunner.api.errors import ExitCode
+from rigrunner.engine import streams
 from rigrunner.runfile import read
 from rigrunner_bearings.devices.swing_tester_sim.rig import steady_state
 from rigrunner_bearings.devices.swing_tester_sim.settings import SwingTesterSimSettings
@@ -31,6 +35,14 @@ LOAD_N = 1000.0
 STARTS_WITHIN_S = 200.0
 
 
+@pytest.fixture(scope="module", autouse=True)
+def patient_engine():
+    """Let blocks come late, as a busy machine delivers them: none is missing by their count."""
+    with pytest.MonkeyPatch.context() as patched:
+        patched.setattr(streams, "LEAST_GAP_S", 20.0)
+        yield
+
+
 @pytest.fixture(scope="module")
 def station(tmp_path_factory):
     """Yield the station of the running instruments, as written by their program."""
@@ -41,9 +53,7 @@ def station(tmp_path_factory):
         while not path.exists() and bench.poll() is None and time.monotonic() < until:
             time.sleep(0.05)
         text = path.read_text(encoding="utf-8")
-        patient = "termination: LF\n            timeout: 9 s\n"  # a busy machine answers late
-        assert text.count("termination: LF\n") == 1
-        path.write_text(text.replace("termination: LF\n", patient), encoding="utf-8")
+        path.write_text(patient_station(text), encoding="utf-8")
         yield path
         bench.send_signal(signal.SIGTERM)
         output, _ = bench.communicate(timeout=100)
@@ -52,15 +62,9 @@ def station(tmp_path_factory):
 
 
 def run(procedure: Path, station: Path, runs: Path) -> Path:
-    """Return the folder of a run, started on the command line."""
-    done = subprocess.run(
-        [
-            sys.executable, "-m", "rigrunner", "run", procedure, "--station", station,
-            "--runs", runs, "--unattended",
-        ],
-        capture_output=True, text=True, timeout=300, check=False,
-    )  # fmt: skip
-    assert done.returncode == 0, done.stdout + done.stderr
+    """Return the folder of a run."""
+    done = call("run", procedure, "--station", station, "--runs", runs, "--unattended")
+    assert done.code == ExitCode.PASS, done.err
     return max(runs.iterdir())  # the name begins with the time
 
 

@@ -143,5 +143,5 @@ class Notifier:
         next_s = time.monotonic() + min(pause_s, FIRST_PAUSE_S)
         if next_s >= self._over_s:
             return False
-        time.sleep(next_s - time.monotonic())
+        time.sleep(max(0.0, next_s - time.monotonic()))
         return True

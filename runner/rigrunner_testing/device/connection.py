@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import threading
-import time
 from functools import partial
 from typing import TYPE_CHECKING
 
@@ -11,7 +10,8 @@ from rigrunner.api.devices import Identity, KnowsTruth, Readable, Settable, Stre
 from rigrunner.api.errors import DeviceError
 from rigrunner_testing.check import Nonconformity, applies, check, demand
 from rigrunner_testing.device.doing import defined_at, names, refusal, safely, streamed_names
-from rigrunner_testing.device.watching import census, watch_accesses
+from rigrunner_testing.device.watching import census, leaks_since, watch_accesses
+from rigrunner_testing.own_time import measured
 
 if TYPE_CHECKING:
     from rigrunner_testing.device.subject import DeviceSubject
@@ -31,7 +31,7 @@ def construction_touches_nothing(subject: DeviceSubject) -> None:
     with watch_accesses() as accesses:
         subject.make()
     demand(not accesses, f"making it did: {', '.join(accesses)}")
-    leaks = census().more_than(before)
+    leaks = leaks_since(before)
     demand(not leaks, f"making it left behind: {leaks}")
 
 
@@ -72,9 +72,8 @@ def gives_up_in_time(subject: DeviceSubject) -> None:
         subject.record.absent, "its record does not state settings for which no instrument answers"
     )
     device = subject.make(**subject.record.absent)
-    began_s = time.monotonic()
-    refusal("connecting without an instrument", lambda: device.connect(GIVEN_S))
-    took_s = time.monotonic() - began_s
+    what = "connecting without an instrument"
+    took_s = measured(lambda: refusal(what, lambda: device.connect(GIVEN_S))).took_s
     demand(
         took_s <= GIVEN_S + GRACE_S,
         f"it took {took_s:.1f} s to give up; the time-out was {GIVEN_S:g} s",
@@ -132,13 +131,13 @@ def gives_back_what_it_took(subject: DeviceSubject) -> None:
     before = census()
     for _ in range(ROUNDS):
         _use(subject)
-    leaks = census().more_than(before)
+    leaks = leaks_since(before)
     demand(not leaks, f"{ROUNDS} rounds of connecting, reading and closing left behind: {leaks}")
     if subject.record.absent:
         _fail(subject)
         before = census()
         _fail(subject)
-        leaks = census().more_than(before)
+        leaks = leaks_since(before)
         demand(not leaks, f"a connection that failed left behind: {leaks}")
 
 

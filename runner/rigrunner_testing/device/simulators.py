@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import sys
-import time
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -12,6 +10,7 @@ from rigrunner.api.devices import CountsStreams, KnowsTruth, Readable, Settable,
 from rigrunner.api.settings import MadeOfOthers
 from rigrunner_testing.check import NotApplicable, applies, check, demand
 from rigrunner_testing.device.doing import move, names, streamed_blocks, streamer
+from rigrunner_testing.own_time import TRIES, measured
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -21,12 +20,8 @@ if TYPE_CHECKING:
     from rigrunner_testing.device.subject import DeviceSubject
 
 STREAMED_S = 0.3
-TRIES = 3
-"""The shortest wait of all counts: others may have had the processor."""
 WAITS_S = 0.2
 """A call that spends more time than this without computing waits for something."""
-BUSY = 3.0
-"""On a busy machine a call may be suspended for this much longer."""
 
 
 @check(
@@ -122,25 +117,7 @@ def _waiting(subject: DeviceSubject) -> tuple[float, str]:
             calls["setting"] = lambda: move(subject, device)
         if isinstance(device, Streaming):
             calls["streaming"] = lambda: streamed_blocks(device, 0.1)
-        return max((_idle_s(work), what) for what, work in calls.items())
-
-
-def _idle_s(work: Callable[[], object]) -> float:
-    wall_s, busy_s, pauses = time.monotonic(), time.thread_time(), _voluntary_pauses()
-    work()
-    busy_s = time.thread_time() - busy_s
-    if pauses is not None and pauses == _voluntary_pauses():
-        return 0.0  # it computed all the time, however long others had the processor
-    return time.monotonic() - wall_s - (1 + BUSY) * busy_s
-
-
-def _voluntary_pauses() -> int | None:
-    """Return how often this thread yielded the processor; None if the system does not count it."""
-    if sys.platform != "linux":
-        return None
-    import resource  # noqa: PLC0415  (there is none under Windows)
-
-    return resource.getrusage(resource.RUSAGE_THREAD).ru_nvcsw
+        return max((measured(work).waited_s, what) for what, work in calls.items())
 
 
 def _samples(subject: DeviceSubject, **changes: Any) -> dict[str, Array]:

@@ -46,6 +46,14 @@ class Census:
         return ", ".join(additional)
 
 
+def leaks_since(before: Census) -> str:
+    """Return, as text, what the program still holds beyond that after the end of threads."""
+    until_s = time.monotonic() + PATIENCE_S
+    while (leaks := census().more_than(before)) and time.monotonic() < until_s:
+        time.sleep(0.05)
+    return leaks
+
+
 def census() -> Census:
     """Return what the program holds, after garbage collection and the end of threads."""
     gc.collect()

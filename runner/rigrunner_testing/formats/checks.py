@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 from rigrunner.api.hooks import CertificateFormatRecord, ReportFormatRecord, StudyFormatRecord
 from rigrunner_testing.check import AnyCheck, applies, check, demand
-from rigrunner_testing.device.watching import census
+from rigrunner_testing.device.watching import census, leaks_since
 from rigrunner_testing.formats.inputs import TAG
 
 if TYPE_CHECKING:
@@ -77,7 +77,7 @@ def leaves_nothing_open(subject: FormatSubject) -> None:
     subject.writer(subject.inputs[0])  # so that lazy imports, in each thread, do not count
     before = census()
     subject.writer(subject.inputs[0])
-    leaks = census().more_than(before)
+    leaks = leaks_since(before)
     demand(not leaks, f"it left behind: {leaks}")
 
 

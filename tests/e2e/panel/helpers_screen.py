@@ -48,6 +48,19 @@ def wait_until(condition, what: str = "it") -> None:
         time.sleep(0.1)
 
 
+SETTLED = """async () => {
+  for (let frame = 0; frame < 3; frame++) await new Promise(requestAnimationFrame);
+  const passing = document.getAnimations().filter(
+    animation => Number.isFinite(animation.effect.getComputedTiming().endTime));
+  await Promise.allSettled(passing.map(animation => animation.finished));
+}"""
+
+
+def settle(page) -> None:
+    """Wait until the page has been laid out and drawn, and no transition is under way."""
+    page.evaluate(SETTLED)
+
+
 @dataclass
 class Panel:
     """A running panel: its address, its lab and the process."""

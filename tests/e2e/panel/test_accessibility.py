@@ -5,7 +5,15 @@ from __future__ import annotations
 import pytest
 from playwright.sync_api import expect
 
-from e2e.panel.helpers_screen import ENDLESS, LOADED, NAME, STATION, axe_script, running_panel
+from e2e.panel.helpers_screen import (
+    ENDLESS,
+    LOADED,
+    NAME,
+    STATION,
+    axe_script,
+    running_panel,
+    settle,
+)
 from rigrunner_plugins.loopback.chamber import running_chamber
 
 GRAVE = {"serious", "critical"}
@@ -22,7 +30,7 @@ def look(page, pictures, name: str, violations: list[str]) -> None:
     for theme, rules in (("dark", {"runOnly": COLOUR_RULES}), ("light", {})):
         page.emulate_media(color_scheme=theme)
         expect(page.locator("html")).to_have_attribute("data-theme", theme)
-        page.wait_for_timeout(250)
+        settle(page)
         page.screenshot(path=pictures / f"{name}-{theme}.png")
         options = {"resultTypes": ["violations"], **rules}
         result = page.evaluate("options => axe.run(document, options)", options)

@@ -17,6 +17,7 @@ from e2e.panel.helpers_screen import (
     STATION,
     axe_script,
     running_panel,
+    settle,
 )
 from e2e.panel.helpers_whole import UNREADABLE, WORDS, english_of
 from helpers_cli import call
@@ -109,7 +110,7 @@ class Walk:
     def _resize(self, size: str) -> None:
         width, height = SIZES[size]
         self.page.set_viewport_size({"width": width, "height": height})
-        self.page.wait_for_timeout(100)  # plots follow
+        settle(self.page)  # plots follow
 
     def _look_in(self, size: str, name: str) -> None:
         name = f"{name}-{size}"
@@ -382,7 +383,7 @@ def test_header_bar_fits_every_width(new_screen, lab, locale):
         page.locator(".control .quiet:visible").wait_for()
         for width in (768, 820, 1024, 1150, 1280, 1366, 1440, 1600, 1720, 1920):
             page.set_viewport_size({"width": width, "height": 900})
-            page.wait_for_timeout(100)
+            settle(page)
             problems = page.evaluate(UNREADABLE)
             assert (width, [text for text in problems if "cut off" not in text]) == (width, [])
             name = "getComputedStyle(document.querySelector('.holder')).overflow && "

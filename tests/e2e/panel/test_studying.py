@@ -7,7 +7,7 @@ import pytest
 from playwright.sync_api import expect
 
 from e2e.helpers_trends import store_results
-from e2e.panel.helpers_screen import running_panel
+from e2e.panel.helpers_screen import running_panel, wait_until
 
 SHIFTED_FROM = 34
 COLOURS = """canvas => {
@@ -50,9 +50,8 @@ def test_control_chart_shows_limits_and_runs_beyond_them(new_screen, shifted, pi
         page.locator("#trend-quantity").select_option("torque")
         chart = page.locator(".trend-card")
         expect(chart.locator("canvas")).to_be_visible()
-        page.wait_for_timeout(200)
-        assert drawn_in(page, chart, "compensated"), "the values"
-        assert drawn_in(page, chart, "raw"), "the limits, and the runs beyond them"
+        wait_until(lambda: drawn_in(page, chart, "compensated"), "the values")
+        wait_until(lambda: drawn_in(page, chart, "raw"), "the limits, and the runs beyond them")
         alarms = chart.locator(".changes li")
         assert 1 <= alarms.count() <= 40 - SHIFTED_FROM + 9  # a rule may need nine in a row
         expect(alarms.first).to_contain_text("außerhalb von 3 Standardabweichungen")
@@ -85,9 +84,8 @@ def test_overlay_draws_results_and_curves_of_two_runs(new_screen, panel, picture
     expect(curve.locator("canvas")).to_be_visible()
     page.locator("#overlay-channel").select_option("tester.torque")
     expect(curve.locator(".plot-title")).to_contain_text("tester.torque")
-    page.wait_for_timeout(200)
     for number, name in enumerate(("compensated", "raw")):
-        assert drawn_in(page, curve, name), f"the curve of {runs[number]}"
+        wait_until(lambda name=name: drawn_in(page, curve, name), f"the curve of {runs[number]}")
         expect(curve.locator(".legend").first).to_contain_text(runs[number])
     page.screenshot(path=pictures / "overlay-drawn.png")
 

@@ -17,7 +17,7 @@ class ScriptedPeer:
     """Answers each line of its script, and remembers all lines that it received.
 
     `script` maps a line, as bytes with its terminator, to the bytes that answer it; a tuple of
-    bytes is sent piece by piece.
+    bytes is sent piece by piece, and an event in it is waited for.
     """
 
     def __init__(self, script, terminator=b"\n"):
@@ -64,8 +64,11 @@ class ScriptedPeer:
                     connection.close()
                     return
                 for part in answer if isinstance(answer, tuple) else (answer,):
-                    connection.sendall(part)
-                    time.sleep(PAUSE_S if isinstance(answer, tuple) else 0)
+                    if isinstance(part, threading.Event):
+                        part.wait(60)
+                    else:
+                        connection.sendall(part)
+                        time.sleep(PAUSE_S if isinstance(answer, tuple) else 0)
 
 
 @contextmanager

@@ -86,15 +86,14 @@ def lamp(tmp_path, driver_class=Lamp, log=None, **settings):
 
 
 def failure_of(tmp_path, script):
-    """Return the error of connecting and reading the level, its duration, and the driver."""
+    """Return the error of connecting and reading the level."""
     with peer(SCRIPT | script) as instrument:
         device = lamp(tmp_path, address=instrument.address, timeout="1 s")
-        began = time.monotonic()
         try:
             device.connect(5.0)
             device.read(["level"])
         except Exception as error:  # noqa: BLE001  (whatever it is)
-            return error, time.monotonic() - began, device
+            return error
         finally:
             device.close()
     raise AssertionError("nothing failed")
@@ -138,17 +137,9 @@ def test_unreachable_address_is_a_missing_device(tmp_path):
 
 
 def test_missing_answer_times_out(tmp_path):
-    error, took_s, _ = failure_of(tmp_path, {b"LEVEL?\n": b""})
+    error = failure_of(tmp_path, {b"LEVEL?\n": b""})
     assert isinstance(error, DeviceTimeoutError)
     assert "did not answer 'LEVEL?' within 1 s" in str(error)
-    assert took_s < 10.0
-
-
-def test_time_out_applies_to_the_whole_answer(tmp_path):
-    """Two hundred pieces in 10 s: each arrives within 1 s, but the whole answer does not."""
-    error, took_s, _ = failure_of(tmp_path, {b"LEVEL?\n": (b"1",) * 200})
-    assert isinstance(error, DeviceTimeoutError)
-    assert took_s < 8.0
 
 
 def test_answer_may_arrive_in_pieces(tmp_path):
@@ -171,14 +162,14 @@ def test_answer_may_arrive_in_pieces(tmp_path):
     ],
 )
 def test_error_for_an_invalid_answer_shows_it(tmp_path, answer, kind, text):
-    error, _, _ = failure_of(tmp_path, {b"LEVEL?\n": answer})
+    error = failure_of(tmp_path, {b"LEVEL?\n": answer})
     assert isinstance(error, kind)
     assert text in str(error)
 
 
 @pytest.mark.parametrize("answer", [b"ERROR 3\n", b"a,b,c\n", b"a,b,c,d,e\n"])
 def test_invalid_identity_is_refused(tmp_path, answer):
-    error, _, _ = failure_of(tmp_path, {b"*IDN?\n": answer})
+    error = failure_of(tmp_path, {b"*IDN?\n": answer})
     assert isinstance(error, DeviceNotFoundError)
     assert "is it the right instrument" in str(error)
 
@@ -209,16 +200,18 @@ class Once(dict):
         return self.once.pop(line, None) or super().get(line, default)
 
 
-@pytest.mark.parametrize("wrong", [(b"", b"0.75\n"), HANG_UP, b"n/a\n", b"1\n2\n"])
+@pytest.mark.parametrize("wrong", ["late", HANG_UP, b"n/a\n", b"1\n2\n"])
 def test_call_after_a_failed_answer_succeeds(tmp_path, wrong):
-    """The first answer is late (in two pieces, 0.05 s apart), missing or invalid."""
-    log = Log()
+    """The first answer is late, missing or invalid."""
+    log, failed = Log(), threading.Event()
+    wrong = (failed, b"0.75\n") if wrong == "late" else wrong
     with peer(Once(SCRIPT, {b"LEVEL?\n": wrong})) as instrument:
-        device = lamp(tmp_path, address=instrument.address, timeout="0.02 s", log=log)
+        device = lamp(tmp_path, address=instrument.address, timeout="1 s", log=log)
         device.connect(1.0)
         with pytest.raises(DeviceError):
             device.read(["level"])
-        device.settings = device.settings.model_copy(update={"timeout": 2.0})
+        failed.set()
+        device.settings = device.settings.model_copy(update={"timeout": 30.0})
         for _ in range(3):
             assert device.read(["level"]) == {"level": 0.25}
         device.close()
@@ -276,9 +269,7 @@ def test_unsolicited_answer_is_refused(tmp_path):
         device = lamp(tmp_path, Careless, address=instrument.address)
         device.connect(1.0)
         device.begin("level", 0.0)
-        while instrument.heard[-1] != b"LEVEL 0\n":
-            time.sleep(0.01)
-        time.sleep(0.2)
+        assert device._link._port.ready(60.0)
         with pytest.raises(DeviceLostError, match=r"sent b'ok.n' without being asked"):
             device.read(["level"])
         device.close()
@@ -339,9 +330,9 @@ def wired(tmp_path):
     """Return a function that makes a lamp behind a pseudo-terminal with a script."""
     peers, lamps = [], []
 
-    def make(script):
+    def make(script, timeout="9 s"):
         peers.append(SerialPeer(lines_of(SCRIPT | script)))
-        lamps.append(lamp(tmp_path, address=peers[-1].port, baud=115200, timeout="1 s"))
+        lamps.append(lamp(tmp_path, address=peers[-1].port, baud=115200, timeout=timeout))
         lamps[-1].connect(5.0)
         return lamps[-1], peers[-1]
 
@@ -359,11 +350,9 @@ def test_driver_works_over_a_serial_port(wired):
 
 
 def test_silent_serial_instrument_times_out(wired):
-    device, _ = wired({b"LEVEL?\n": b""})
-    began = time.monotonic()
+    device, _ = wired({b"LEVEL?\n": b""}, timeout="1 s")
     with pytest.raises(DeviceTimeoutError, match=r"did not answer 'LEVEL\?' within 1 s"):
         device.read(["level"])
-    assert time.monotonic() - began < 10.0
 
 
 def test_unplugged_adapter_is_a_lost_device(wired):
@@ -429,8 +418,10 @@ class DeafPort:
 
     def __init__(self):
         self.closed = False
+        self.waited_s = 0.0
 
-    def ready(self, within_s):  # noqa: ARG002  (the Protocol's)
+    def ready(self, within_s):
+        self.waited_s += within_s
         return False
 
     def receive(self):
@@ -449,6 +440,7 @@ def test_port_is_closed_after_a_time_out():
     link = LineLink("lamp", port, "\n", 0.2)
     with pytest.raises(DeviceTimeoutError, match=r"lamp did not answer 'LEVEL\?' within 0.2 s"):
         link.ask("LEVEL?")
+    assert 0.0 < port.waited_s <= 0.2
     assert port.closed
     with pytest.raises(DeviceLostError, match="abandoned after an earlier failure"):
         link.ask("LEVEL?")
@@ -462,7 +454,7 @@ def test_serial_line_waits_for_silence_only_on_reconnecting(wired, monkeypatch):
     device, _ = wired({})
     assert waits_s == []
     device.reconnect()
-    assert waits_s == [1.0]
+    assert waits_s == [2.5]  # a quarter of the station's patience
 
 
 def test_socket_does_not_wait_for_silence(tmp_path, monkeypatch):
@@ -494,6 +486,25 @@ def test_connecting_again_closes_the_previous_port(tmp_path, monkeypatch):
     device.connect(1.0)
     device.connect(1.0)
     assert [port.closed for port in ports] == [True, False]
+
+
+def test_time_out_applies_to_the_whole_answer(monkeypatch):
+    """Each piece comes within the time-out, but not all of them."""
+    now_s = 0.0
+
+    class Trickle(DeafPort):
+        def ready(self, within_s):
+            nonlocal now_s
+            now_s += min(within_s, 0.4)
+            return within_s > 0.0
+
+        def receive(self):
+            return b"1"
+
+    monkeypatch.setattr(line_link, "time", SimpleNamespace(monotonic=lambda: now_s))
+    with pytest.raises(DeviceTimeoutError, match=r"by b'1+' and no b'.n' within 1 s"):
+        LineLink("lamp", Trickle(), "\n", 1.0).ask("LEVEL?")
+    assert now_s == pytest.approx(1.0)
 
 
 def test_wait_for_silence_is_limited_to_three_times_its_length(monkeypatch):

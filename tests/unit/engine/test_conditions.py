@@ -165,7 +165,7 @@ class Progress(SimulatedClock):
 def test_long_calculation_of_result_is_progress_for_guardian():
     """The guardian makes a rig safe whose run does not use its clock any more."""
     clock, made = Progress(), []
-    wear = Wear(ends=lambda: made.append(clock.made.wait(2)))
+    wear = Wear(ends=lambda: made.append(clock.made.wait(60)))
     run(FakeTester(), plan_of(BY_RESULT.replace("0.3 mm", "0.05 mm")), clock=clock, results=wear)
     assert made == [True]
 

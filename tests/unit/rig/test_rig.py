@@ -273,7 +273,7 @@ def test_hanging_device_is_abandoned_and_all_are_still_made_safe():
         non_blocking=False, before=lambda call: release.wait() if call == "block" else None
     )
     other = FakeTester()
-    rig = rig_of(hangs, other, answer_s=0.05)
+    rig = rig_of(hangs, other, answer_s=1.0)
     rig._roles["tester"].caller.grace_s = 0.02
     with pytest.raises(DeviceTimeoutError, match="tester: 'stream' did not return"):
         list(rig.stream("tester", ("torque",), 0.1, NEVER))

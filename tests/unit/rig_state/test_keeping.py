@@ -8,6 +8,7 @@ import time
 import pytest
 
 from helpers_devices import FakeTester
+from helpers_waiting import wait_until
 from rigrunner.clock import SimulatedClock
 from rigrunner.rig import Rig
 from rigrunner.rig_state import (
@@ -59,13 +60,6 @@ def energised(lock):
         rig.make_safe()
 
 
-def until(condition):
-    end_s = time.monotonic() + 20.0
-    while not condition():
-        assert time.monotonic() < end_s
-        time.sleep(0.005)
-
-
 def is_refused(lock):
     try:
         with hold([lock], OTHER):
@@ -85,8 +79,8 @@ def test_removed_files_of_rig_are_recreated(energised, folder, lock, messages, r
                 path.unlink()
         else:
             shutil.rmtree(folder)
-        until(lock.exists)
-        until(lambda: locks.is_held(lock) and locks.holder_of(lock) == RUN)
+        wait_until(lock.exists)
+        wait_until(lambda: locks.is_held(lock) and locks.holder_of(lock) == RUN)
         assert is_refused(lock)
         assert read_marker("press").set_points == "tester.load 40 N"
         rig.set("tester", "load", 50.0)
@@ -103,7 +97,7 @@ def test_files_of_rig_in_use_are_touched(energised, folder, lock, messages):
     for path in files:
         os.utime(path, (time.time() - OLD_S,) * 2)
     with keeping.keeping(marks, messages.append):
-        until(lambda: all(time.time() - path.stat().st_mtime < 3600.0 for path in files))
+        wait_until(lambda: all(time.time() - path.stat().st_mtime < 3600.0 for path in files))
     assert messages == []
 
 
@@ -111,7 +105,7 @@ def test_removed_marker_is_recreated(energised, folder, messages):
     marks, _ = energised
     with keeping.keeping(marks, messages.append):
         (folder / "press.energised").unlink()
-        until(lambda: read_marker("press") is not None)
+        wait_until(lambda: read_marker("press") is not None)
     assert read_marker("press").owner == OWNER
 
 
@@ -120,7 +114,7 @@ def test_safe_rig_gets_no_marker(energised, folder, lock, messages):
     rig.make_safe()
     with keeping.keeping(marks, messages.append):
         lock.unlink()
-        until(lambda: locks.is_held(lock))
+        wait_until(lambda: locks.is_held(lock))
     assert not (folder / "press.energised").exists()
 
 
@@ -128,7 +122,7 @@ def test_rig_taken_by_another_process_is_reported_once(energised, lock, messages
     marks, _ = energised
     lock.unlink()
     with hold([lock], OTHER), keeping.keeping(marks, messages.append):
-        until(lambda: messages)
+        wait_until(lambda: messages)
         time.sleep(0.1)
     (text,) = messages
     assert "CREEP, process 4712" in text
@@ -145,7 +139,7 @@ def test_trouble_is_reported_once_and_its_end_not(energised, messages, monkeypat
 
     monkeypatch.setattr(keeping, "_recreate_removed", recreate)
     with keeping.keeping(energised[0], messages.append):
-        until(lambda: len(calls) > 5)
+        wait_until(lambda: len(calls) > 5)
     assert messages == ["a lock was removed"]
 
 
@@ -162,7 +156,7 @@ def test_lock_on_a_disk_that_lost_it_is_recreated(energised, lock, messages, mon
     lock.unlink()
     monkeypatch.setattr(os, "fstat", stale)
     with keeping.keeping(marks, messages.append):
-        until(lambda: messages)
+        wait_until(lambda: messages)
         assert locks.is_held(lock)
     assert "press.lock was removed during the run and made anew" in messages[0]
 
@@ -176,10 +170,10 @@ def test_lock_is_not_recreated_without_marker(energised, folder, lock, messages,
     monkeypatch.setattr("rigrunner.rig_state.marks.overwrite", full)
     with keeping.keeping(marks, messages.append):
         shutil.rmtree(folder)
-        until(lambda: messages)
+        wait_until(lambda: messages)
         time.sleep(0.1)
         assert not lock.exists()
         assert len(messages) == 1
         monkeypatch.setattr("rigrunner.rig_state.marks.overwrite", overwrite)
-        until(lock.exists)
+        wait_until(lock.exists)
         assert read_marker("press").set_points == "tester.load 40 N"

@@ -13,6 +13,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from helpers_waiting import wait_until
 from rigrunner.api.data import Block
 from rigrunner.api.errors import AbortedError
 from rigrunner.api.events import Note, Outcome, RunEnded, Samples, Scanned
@@ -64,13 +65,6 @@ def commands(ends):
     return commands
 
 
-def wait_for(condition):
-    until_s = time.monotonic() + 60
-    while not condition():
-        assert time.monotonic() < until_s
-        time.sleep(0.005)
-
-
 def test_messages_arrive_in_order_and_a_closed_channel_raises(ends):
     for number in range(100):
         ends.panel.send(Answer(number, "x" * number, BY))
@@ -92,7 +86,7 @@ def test_loss_of_the_panel_aborts_the_run(ends):
     switch = Switch()
     Commands(ends.run, switch).start()
     ends.panel.close()
-    wait_for(switch.is_set)
+    wait_until(switch.is_set)
     assert "the panel is gone" in str(switch.reason())
 
 
@@ -135,10 +129,10 @@ def test_second_click_does_not_end_the_next_pause(ends, commands):
     sent, looks = [], []
     pauses = PanelPauses(link_of(commands, sent))
     ends.panel.send(Pause(BY))
-    wait_for(pauses.requested_by)
+    wait_until(pauses.requested_by)
     ends.panel.send(Decide(Decision(Choice.RESUME, BY)))
     ends.panel.send(Decide(Decision(Choice.RESUME, BY)))
-    wait_for(lambda: commands._decisions.qsize() == 2)
+    wait_until(lambda: commands._decisions.qsize() == 2)
     skip = threading.Timer(0.3, lambda: ends.panel.send(Decide(Decision(Choice.SKIP, BY, WHY))))
     skip.start()
     assert pauses.decide(PAUSED, lambda: looks.append(1)).choice is Choice.SKIP
@@ -152,12 +146,12 @@ def test_second_click_does_not_end_the_next_pause(ends, commands):
 def test_decision_sent_with_the_pause_is_taken_if_possible(ends, commands):
     pauses = PanelPauses(link_of(commands, []))
     ends.panel.send(Pause(BY, Decision(Choice.SKIP, BY, WHY)))
-    wait_for(pauses.requested_by)
+    wait_until(pauses.requested_by)
     assert pauses.decide(PAUSED, lambda: None) == Decision(Choice.SKIP, BY, WHY)
     ends.panel.send(Pause(BY, Decision(Choice.REPEAT, BY)))  # cannot be done here
-    wait_for(pauses.requested_by)
+    wait_until(pauses.requested_by)
     ends.panel.send(PutOnRecord(Interference("take over", BY)))
-    wait_for(lambda: not commands._records.empty())
+    wait_until(lambda: not commands._records.empty())
     assert list(pauses.new_actions()) == [Interference("take over", BY)]
     later = threading.Timer(0.2, lambda: ends.panel.send(Decide(Decision(Choice.RESUME, BY))))
     later.start()
@@ -228,7 +222,7 @@ def test_stop_after_the_job_interrupts_nothing(installed):
 @pytest.mark.parametrize("number", [*ENDING, *SUSPENDING], ids=signal_name)
 def test_every_ending_or_suspending_signal_aborts_the_run(installed, number):
     os.kill(os.getpid(), number)
-    wait_for(installed.is_set)  # another thread may have taken the signal
+    wait_until(installed.is_set)  # another thread may have taken the signal
     assert signal_name(number) in installed.reason().message
     assert installed.reason().by == "signal"
 
@@ -252,7 +246,7 @@ def test_first_abort_gives_author_and_reason(ends):
     Commands(ends.run, switch).start()
     ends.panel.send(Abort(BY, WHY))
     ends.panel.send(Abort("Bob", "too"))
-    wait_for(switch.is_set)
+    wait_until(switch.is_set)
     assert (switch.reason().by, switch.reason().message) == (BY, f"aborted at the panel: {WHY}")
 
 

@@ -120,6 +120,16 @@ def test_hanging_device_fails_after_a_timeout():
     assert finding.text == "it did not come back within 0.2 s"
 
 
+def test_thread_that_ends_soon_after_closing_is_no_leak():
+    class EndsItsThreadLater(Press):
+        def open(self, timeout_s):
+            threading.Timer(0.4, lambda: None).start()
+            return super().open(timeout_s)
+
+    device = subject("device", "press", registry=press(factory=EndsItsThreadLater))
+    assert examine_one(device, CHECKS["gives_back_what_it_took"]).state is State.PASS
+
+
 def test_failure_states_a_fix():
     device = subject("device", "press", registry=press(help=""))
     with pytest.raises(Nonconformity, match=r"(?s)found: the record's help is empty.*fix: write"):

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import threading
-import time
 from dataclasses import fields
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
+from helpers_waiting import wait_until
 from rigrunner.api.data import Block, RunData
 from rigrunner.api.events import Samples, StepEnded, StepStarted
 from rigrunner.api.figures import Axis, Curve
@@ -213,13 +213,6 @@ class Snapshots(Ramp):
         return make
 
 
-def until(condition):
-    end_s = time.monotonic() + 60.0
-    while not condition():
-        assert time.monotonic() < end_s
-        time.sleep(0.005)
-
-
 def test_curves_are_drawn_while_snapshot_is_analysed():
     curves, screen, fold = [], Screen(), Snapshots(threading.Event())
     follow = Following([("s", fold)], run_of, screen, lambda *curve: curves.append(curve))
@@ -227,7 +220,7 @@ def test_curves_are_drawn_while_snapshot_is_analysed():
         follow(event)
     assert (len(curves), fold.taken, screen.shown) == (6, 1, [])
     fold.may.set()
-    until(lambda: screen.shown)
+    wait_until(lambda: screen.shown)
     assert [findings.notes for findings, _ in screen.shown] == [("of 1 blocks",)]
 
 
@@ -241,7 +234,7 @@ def test_failing_snapshot_is_dropped_with_a_note():
     follow = Following(folds, run_of, screen, lambda *_: None)
     for event in recording_events("1", 1.0, VALUES):
         follow(event)
-        until(lambda: not (follow._thread and follow._thread.is_alive()))
+        wait_until(lambda: not (follow._thread and follow._thread.is_alive()))
     findings, _ = screen.shown[-1]
     assert findings.notes == ("broken is shown no more: ZeroDivisionError: division by zero",)
     assert [result.place for result in findings.results] == ["load.current = 1 A"]

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 from helpers_tester import procedure_file, run, station_file
+from helpers_waiting import wait_until
 from rigrunner.api.data import Block
 from rigrunner.api.errors import InvalidFileError
 from rigrunner.api.events import Samples
@@ -117,13 +118,6 @@ def test_invalid_listener_is_refused_with_its_place(lab, listener, message):
 
 def no_listener_is_left():
     return not [thread for thread in threading.enumerate() if thread.name.startswith("listener ")]
-
-
-def wait_until(condition, longest_s=60.0):
-    end_s = time.monotonic() + longest_s
-    while not condition():
-        assert time.monotonic() < end_s
-        time.sleep(0.001)
 
 
 def test_hanging_listener_delays_nothing():

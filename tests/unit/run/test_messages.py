@@ -53,7 +53,7 @@ title: An oven
 plugins: plugins
 devices:
   oven: {type: oven, plugin: oven}
-safety: {patience: {answer: 0.3 s}}
+safety: {patience: {answer: 1.5 s}}
 """
 PROCEDURE = """\
 rigrunner: procedure/2
@@ -134,7 +134,7 @@ def test_run_log_has_traceback_of_error(lab):
     assert all(line.startswith("    ") for line in lines)  # no line looks like another event
 
 
-SLOW = "time.sleep(1.5)"
+SLOW = "time.sleep(3)"
 
 
 def test_slow_call_times_out_without_debugger_option(lab):

@@ -7,7 +7,6 @@ import os
 import select
 import socket
 import threading
-import time
 import tty
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
@@ -30,7 +29,8 @@ SILENCE = b""
 class After:
     """An answer that comes late."""
 
-    seconds: float
+    event: threading.Event
+    """It is waited for."""
     answer: bytes
 
 
@@ -99,7 +99,7 @@ class Scripted:
                 self._hang_up()
                 return
             if isinstance(answer, After):
-                time.sleep(answer.seconds)
+                answer.event.wait(60)
                 self._send(answer.answer)
             elif answer:
                 self._send(answer)

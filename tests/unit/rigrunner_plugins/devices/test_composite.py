@@ -163,7 +163,7 @@ class Bench:
         for name, device in others.items():
             setattr(self, name, device)
         self.roles = []
-        patience = Patience(connect_s=0.2, answer_s=answer_s)
+        patience = Patience(connect_s=5.0, answer_s=answer_s)
         context = DeviceContext(
             "tester", SimulatedClock(), Path(), make=self.make, patience=patience
         )
@@ -187,7 +187,7 @@ def raising(call, error):
 
 
 def hanging(call, release):
-    return lambda request: release.wait(5) if request.startswith(call) else None
+    return lambda request: release.wait(60) if request.startswith(call) else None
 
 
 def test_composite_has_the_abilities_of_its_parts():

@@ -4,15 +4,22 @@ from __future__ import annotations
 
 import sys
 import threading
-import time
 from contextlib import contextmanager
 
 import pytest
 
+from helpers_waiting import wait_until
 from rigrunner.api.errors import DeviceNotFoundError, DeviceRejectedError, MissingPackageError
+from rigrunner.clock import SimulatedClock
 from rigrunner_plugins.devices.modbus.grouping import Span
 from rigrunner_plugins.devices.modbus.places import Place
-from rigrunner_plugins.devices.modbus.served.inverter import OVERLOAD, TIMEOUT, Inverter
+from rigrunner_plugins.devices.modbus.served.inverter import (
+    HEARTBEAT,
+    OVERLOAD,
+    TIMEOUT,
+    WATCHDOG,
+    Inverter,
+)
 from rigrunner_plugins.devices.modbus.served.press import Press
 from rigrunner_plugins.devices.modbus.served.server import ModbusServer
 from rigrunner_plugins.devices.plant import Plant
@@ -38,14 +45,28 @@ CHANNELS = {
 }
 
 
+class CountsBeats(Inverter):
+    beats = 0
+
+    def written(self, address, words):
+        problem = super().written(address, words)
+        self.beats += address == HEARTBEAT
+        return problem
+
+
 @pytest.fixture
 def plant():
     return Plant(frequency_rate_hz_per_s=200.0, load_rate_n_per_s=20_000.0)
 
 
 @pytest.fixture
-def inverter(plant):
-    return Inverter(plant)
+def clock_of_inverter():
+    return SimulatedClock()
+
+
+@pytest.fixture
+def inverter(plant, clock_of_inverter):
+    return CountsBeats(plant, now_s=clock_of_inverter.monotonic_s)
 
 
 @pytest.fixture
@@ -147,22 +168,31 @@ def test_set_point_that_the_unit_refuses_is_reported(server):
         assert motor.make_safe() == {"frequency": 0.0}
 
 
-@pytest.mark.parametrize("write", [[0, 1], []])
-def test_watchdog_keeps_the_inverter_running(server, plant, inverter, write):
-    watchdog = {"holding": 2, "every": "50 ms", "write": write}
-    inverter.written(3, [10])  # it stops after 1 s without a request
-    with connected(server, watchdog=watchdog if write else None) as motor:
+def test_watchdog_keeps_the_inverter_running(server, plant, inverter, clock_of_inverter):
+    watchdog = {"holding": HEARTBEAT, "every": "10 ms", "write": [0, 1]}
+    inverter.written(WATCHDOG, [10])  # it stops after 1 s without a request
+    with connected(server, watchdog=watchdog) as motor:
         motor.set("frequency", 10.0)
-        time.sleep(1.5)
-        assert plant.frequency_hz == (10.0 if write else 0.0)
-        if not write:
-            assert inverter.inputs()[3] == TIMEOUT
+        for _ in range(4):
+            clock_of_inverter.sleep(0.9)
+            beats = inverter.beats + 2  # the first one may have come before that
+            wait_until(lambda due=beats: inverter.beats >= due)
+        assert plant.frequency_hz == 10.0
+
+
+def test_inverter_stops_without_a_watchdog_to_serve_it(server, plant, inverter, clock_of_inverter):
+    inverter.written(WATCHDOG, [10])
+    with connected(server) as motor:
+        motor.set("frequency", 10.0)
+        clock_of_inverter.sleep(1.1)
+        wait_until(lambda: inverter.inputs()[3] == TIMEOUT)
+        wait_until(lambda: plant.frequency_hz == 0.0)
 
 
 def test_failed_watchdog_is_reported_with_its_reason(server):
     wrong = {"holding": 40, "every": "50 ms", "write": [1]}
     with connected(server, watchdog=wrong) as motor:
-        time.sleep(0.2)
+        motor._heartbeat._thread.join()
         with pytest.raises(Exception, match=r"the watchdog failed: write 1 to holding 40.*address"):
             motor.read(["frequency"])
 

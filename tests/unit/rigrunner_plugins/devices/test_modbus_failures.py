@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import math
+import threading
 import time
 from pathlib import Path
 
 import pytest
 
 from helpers_devices import Listener, plan_of, run
+from helpers_waiting import wait_until
 from rigrunner.api import DeviceContext
 from rigrunner.api.errors import (
     DeviceLostError,
@@ -18,7 +20,7 @@ from rigrunner.api.errors import (
     PluginError,
 )
 from rigrunner.api.events import MadeSafe, Outcome, StepStarted
-from rigrunner.clock import WallClock
+from rigrunner.clock import SimulatedClock, WallClock
 from rigrunner.registry import load_registry
 from rigrunner.rig import Patience, Rig
 from rigrunner.steps.set_drives import SetDrive
@@ -56,8 +58,13 @@ def plant():
 
 
 @pytest.fixture
-def real_inverter(plant):
-    return Inverter(plant)
+def clock_of_inverter():
+    return SimulatedClock()
+
+
+@pytest.fixture
+def real_inverter(plant, clock_of_inverter):
+    return Inverter(plant, now_s=clock_of_inverter.monotonic_s)
 
 
 @pytest.fixture
@@ -104,7 +111,7 @@ def test_dropped_connection_is_reopened_to_stop_the_motor(plant, cable):
 
 @pytest.mark.in_real_time
 def test_pulled_cable_leaves_the_motor_to_its_watchdog_and_the_run_unsafe(
-    plant, cable, real_inverter
+    plant, cable, real_inverter, clock_of_inverter
 ):
     real_inverter.written(WATCHDOG, [10])  # it stops after 1 s without a request
     watchdog = {"holding": HEARTBEAT, "every": "50 ms", "write": [1]}
@@ -113,9 +120,10 @@ def test_pulled_cable_leaves_the_motor_to_its_watchdog_and_the_run_unsafe(
     assert "no answer from unit 1" in str(summary.error)
     assert not summary.safe
     assert "make safe failed" in reports[-1].problems[0]
-    time.sleep(1.0)
-    assert plant.frequency_hz == 0.0
-    assert real_inverter.inputs()[3] == TIMEOUT
+    assert plant.frequency_hz == 10.0
+    clock_of_inverter.sleep(1.1)
+    wait_until(lambda: real_inverter.inputs()[3] == TIMEOUT)
+    wait_until(lambda: plant.frequency_hz == 0.0)
 
 
 class Reset:
@@ -280,10 +288,10 @@ def test_busy_unit_is_asked_again():
 
 def test_late_serial_answer_is_not_taken_for_that_of_the_next_request():
     other = "04 00 05 00 01"
-    fine, late = rtu(1, FINE), rtu(1, "04 02 00 63")
+    fine, late, gave_up = rtu(1, FINE), rtu(1, "04 02 00 63"), threading.Event()
     script = [
         (rtu(1, PROBE), fine),
-        (rtu(1, PROBE), After(1.2, late)),
+        (rtu(1, PROBE), After(gave_up, late)),
         (rtu(1, other), rtu(1, "04 02 00 09")),
     ]
     channels = {**CHANNELS, "angle": {"input": 5, "unit": "deg"}}
@@ -292,6 +300,7 @@ def test_late_serial_answer_is_not_taken_for_that_of_the_next_request():
         unit.connect(1.0)
         with pytest.raises(DeviceTimeoutError):
             unit.read(["torque"])
+        gave_up.set()
         assert unit.read(["angle"]) == {"angle": pytest.approx(math.radians(9))}
         unit.close()
 

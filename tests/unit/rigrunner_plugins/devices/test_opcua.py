@@ -49,7 +49,7 @@ def bench(tmp_path_factory):
 def settings(bench, **more):
     settings = {
         "endpoint": bench.endpoint,
-        "timeout": "1 s",
+        "timeout": "9 s",
         "channels": {"torque": TORQUE},
         **more,
     }

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import struct
-import time
 from itertools import pairwise
 
 import numpy as np
@@ -19,6 +18,7 @@ from rigrunner.api.errors import (
     DeviceTimeoutError,
     PluginError,
 )
+from rigrunner.clock import SimulatedClock
 from rigrunner.rig import Rig
 from unit.rigrunner_plugins.devices.helpers_instruments import instrument, merged
 from unit.rigrunner_plugins.devices.helpers_peers import HANG_UP, SILENCE, Lines, SocketPeer, peer
@@ -56,9 +56,13 @@ class Stop:
 
 
 class Digitizer:
-    """Angle is the number of the sample in 1/100 deg, torque its negative, at the sample rate."""
+    """Angle is the number of the sample in 1/100 deg, torque its negative, at the sample rate.
+
+    Time passes only while it samples, or is slow.
+    """
 
     def __init__(self):
+        self.clock = SimulatedClock()
         self.code, self.rate = "<f4", RATE_HZ
         self.next = 0
         self.started = None
@@ -69,17 +73,18 @@ class Digitizer:
     def block(self, count):
         numbers = np.arange(self.next, self.next + count)
         self.next += count
-        time.sleep(max(0.0, self.started + self.next / self.rate - time.monotonic()))
+        due_s = self.started + self.next / self.rate
+        self.clock.sleep(max(0.0, due_s - self.clock.monotonic_s()))
         return np.stack([numbers / 100, -numbers], axis=1)
 
     def __call__(self, line):
         if line == "INIT":
-            self.next, self.started = 0, time.monotonic()
+            self.next, self.started = 0, self.clock.monotonic_s()
         elif line.startswith("TRAC:DATA?"):
             values = self.block(int(line.split()[1]) if " " in line else 700)
             return self.spoil(self.sent(values))
         elif line == "SYST:ERR?":
-            time.sleep(self.slow_s)
+            self.clock.sleep(self.slow_s)
             return b'0,"No error"\n'
         elif line == "TRAC:OVER?":
             return f"{self.over}\n".encode()
@@ -110,12 +115,13 @@ def bench(talk):
 
 
 @pytest.fixture
-def make(bench):
+def make(bench, digitizer):
     devices = []
 
     def connected(**stream):
         stream = merged(STREAM, **stream)
-        device = instrument("visa", merged(SETTINGS, resource=bench.resource, stream=stream))
+        settings = merged(SETTINGS, resource=bench.resource, stream=stream)
+        device = instrument("visa", settings, digitizer.clock)
         devices.append(device)
         device.connect(2.0)
         return device
@@ -132,9 +138,9 @@ def joined(blocks, channel):
 def test_angle_and_torque_are_sampled_together_and_gapless(make, talk):
     device = make()
     assert isinstance(device, Streaming)
-    start_s = time.monotonic()
+    start_s = device.clock.monotonic_s()
     blocks = list(device.stream(["torque", "angle"], QUARTER, Stop()))
-    took_s = time.monotonic() - start_s
+    took_s = device.clock.monotonic_s() - start_s
     assert [block.first_sample for block in blocks] == [0, 1000, 2000]
     assert [block.samples for block in blocks] == [1000, 1000, 500]
     assert {block.rate_hz for block in blocks} == {RATE_HZ}
@@ -142,7 +148,7 @@ def test_angle_and_torque_are_sampled_together_and_gapless(make, talk):
     assert joined(blocks, "angle") == pytest.approx(np.deg2rad(numbers / 100), rel=1e-6)
     assert joined(blocks, "torque") == pytest.approx(-2.0 * numbers)
     assert all(a.monotonic_s <= b.monotonic_s for a, b in pairwise(blocks))
-    assert QUARTER <= took_s < 40 * QUARTER
+    assert took_s == pytest.approx(QUARTER)
     assert talk.heard[0] == "INIT"
     assert talk.last("ABOR") == "ABOR"
     assert talk.heard[-3:-1] == ["TRAC:DATA? 500", "TRAC:OVER?"]
@@ -304,7 +310,7 @@ class TestSampleRate:
     def test_slow_start_command_does_not_count_as_too_fast(self, bench, digitizer):
         digitizer.slow_s = 0.2
         settings = merged(SETTINGS, resource=bench.resource, stream=STREAM, error_queue={})
-        device = instrument("visa", settings)
+        device = instrument("visa", settings, digitizer.clock)
         device.connect(2.0)
         assert len(list(device.stream(["angle"], QUARTER, Stop()))) == 3
         device.close()
@@ -333,7 +339,7 @@ def test_stream_of_the_manual_records(bench, digitizer):
     (stream,) = [block.code for block in code_blocks(page) if block.file == "stream.yaml"]
     digitizer.code = ">f4"
     settings = merged(SETTINGS, resource=bench.resource, **yaml.safe_load(stream))
-    device = instrument("visa", settings)
+    device = instrument("visa", settings, digitizer.clock)
     device.connect(2.0)
     (block,) = device.stream(["angle", "torque"], 0.1, Stop())
     assert block.channels["torque"] == pytest.approx(-2.0 * np.arange(1000))

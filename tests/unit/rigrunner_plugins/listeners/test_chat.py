@@ -7,6 +7,7 @@ from urllib.parse import parse_qs
 
 import pytest
 
+from helpers_waiting import wait_until
 from rigrunner.api import PluginError
 from rigrunner_plugins.listeners import notifier
 from rigrunner_plugins.listeners.settings import AppriseSettings
@@ -15,7 +16,6 @@ from unit.rigrunner_plugins.listeners.helpers_listeners import (
     planned,
     run_events,
     unresponsive,
-    wait_until,
     web,
 )
 

@@ -14,6 +14,7 @@ from cryptography.hazmat.primitives import hashes, serialization
 from cryptography.hazmat.primitives.asymmetric import ec
 from cryptography.x509.oid import NameOID
 
+from helpers_waiting import wait_until
 from rigrunner.api import PluginError
 from rigrunner.registry import load_registry
 from rigrunner_plugins.listeners import notifier
@@ -28,7 +29,6 @@ from unit.rigrunner_plugins.listeners.helpers_listeners import (
     planned,
     run_events,
     unresponsive,
-    wait_until,
 )
 
 controllers = pytest.importorskip("aiosmtpd.controller")

@@ -12,6 +12,7 @@ from contextlib import contextmanager
 
 import pytest
 
+from helpers_waiting import wait_until
 from rigrunner_plugins.listeners import notifier
 from rigrunner_plugins.listeners.settings import MqttSettings
 from unit.rigrunner_plugins.listeners.helpers_listeners import (
@@ -20,7 +21,6 @@ from unit.rigrunner_plugins.listeners.helpers_listeners import (
     free_port,
     run_events,
     unresponsive,
-    wait_until,
 )
 
 paho = pytest.importorskip("paho.mqtt.client")

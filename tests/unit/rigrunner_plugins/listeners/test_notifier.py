@@ -8,17 +8,18 @@ import time
 
 import pytest
 
+from helpers_waiting import wait_until
 from rigrunner.api.events import Answer, Prompt
 from rigrunner_plugins.listeners import notifier
 from rigrunner_plugins.listeners.notifier import MOST_WAITING, DeliveryError, Notifier
 from rigrunner_plugins.listeners.settings import RuleSettings
-from unit.rigrunner_plugins.listeners.helpers_listeners import alarm, event, run_events, wait_until
+from unit.rigrunner_plugins.listeners.helpers_listeners import alarm, event, run_events
 
 
 @pytest.fixture(autouse=True)
 def short_pauses(monkeypatch):
     monkeypatch.setattr(notifier, "FIRST_PAUSE_S", 0.01)
-    monkeypatch.setattr(notifier, "LAST_WORDS_S", 0.5)
+    monkeypatch.setattr(notifier, "LAST_WORDS_S", 30.0)
 
 
 def notifier_of(deliver, **settings):
@@ -50,7 +51,11 @@ def test_messages_are_sent_in_order_and_the_thread_ends(tmp_path):
     sink.close()
     assert flaky.got == ["interlock hot: too hot", "The run ended: completed. Verdict: pass."]
     assert sink.lost == 0
-    wait_until(lambda: not [thread for thread in threading.enumerate() if thread.name == "to test"])
+    wait_until(lambda: not threads_of_the_sink())
+
+
+def threads_of_the_sink():
+    return [thread for thread in threading.enumerate() if thread.name == "to test"]
 
 
 @pytest.mark.parametrize("error", [DeliveryError("500"), ConnectionRefusedError(), TimeoutError()])
@@ -74,13 +79,22 @@ def test_end_of_the_run_is_retried_too(tmp_path):
 
 
 def test_unreachable_receiver_is_not_waited_for_beyond_the_limit(monkeypatch):
-    monkeypatch.setattr(notifier, "FIRST_PAUSE_S", 0.3)
+    monkeypatch.setattr(notifier, "FIRST_PAUSE_S", 60.0)
     flaky = Flaky(99, DeliveryError("the receiver answered 503"))
     sink = notifier_of(flaky)
     sink(alarm())
     sink.close()
-    assert flaky.attempts == 2
-    assert sink.lost == 1
+    assert (flaky.attempts, sink.lost) == (1, 1)
+    wait_until(lambda: not threads_of_the_sink())
+
+
+def test_pause_that_has_passed_already_is_not_slept(monkeypatch):
+    """A suspended program goes on after the time at which it wanted to try again."""
+    times_s = iter([0.0, 0.0, 5.0])
+    monkeypatch.setattr(notifier.time, "monotonic", lambda: next(times_s, 5.0))
+    sink = notifier_of(Flaky(0, None))
+    sink.close()
+    assert sink._may_again(1.0)
 
 
 def test_lost_message_is_counted_and_logged_after_the_last_attempt(caplog):
@@ -115,7 +129,8 @@ def test_text_of_a_library_error_is_not_logged(caplog):
     assert "s3cret" not in caplog.text
 
 
-def test_hanging_receiver_delays_nothing_and_the_oldest_messages_are_dropped(caplog):
+def test_hanging_receiver_delays_nothing_and_the_oldest_messages_are_dropped(caplog, monkeypatch):
+    monkeypatch.setattr(notifier, "LAST_WORDS_S", 0.5)
     released, texts = threading.Event(), []
 
     def hang(message):
@@ -139,13 +154,13 @@ def test_hanging_receiver_delays_nothing_and_the_oldest_messages_are_dropped(cap
 
 def test_prompt_is_sent_after_a_time_unless_it_is_answered():
     flaky = Flaky(0, None)
-    sink = notifier_of(flaky, wait="0.3 s")
+    sink = notifier_of(flaky, wait="1 s")
     sink(event(Prompt, step="a", text="first"))
     sink(event(Answer, step="a", text="yes", by="Ann"))
+    asked_s = time.monotonic()
     sink(event(Prompt, step="b", text="second"))
-    time.sleep(0.05)
-    assert flaky.got == []
     wait_until(lambda: flaky.got)
+    assert time.monotonic() - asked_s >= 1.0
     sink(alarm())
     wait_until(lambda: len(flaky.got) == 2)
     assert flaky.got == ["The run waits for an answer: second (b)", "interlock hot: too hot"]

@@ -9,6 +9,7 @@ import json
 
 import pytest
 
+from helpers_waiting import wait_until
 from rigrunner.api import PluginError
 from rigrunner.registry import load_registry
 from rigrunner_plugins.listeners import notifier
@@ -20,7 +21,6 @@ from unit.rigrunner_plugins.listeners.helpers_listeners import (
     endless_answers,
     run_events,
     unresponsive,
-    wait_until,
     web,
 )
 
