@@ -51,6 +51,13 @@ LIKE_ANOTHER = {("compensation", "model_inverse")}
 """It takes as long as template_inverse, and differs only in how it finds the bearing."""
 SAME_RULE = "guard_band_fraction"
 """The class of guard_band_u, with another factor."""
+REPEATED = {
+    ("analysis", "curve", "covers_the_truth"),
+    ("analysis", "equation", "covers_the_truth"),
+    ("certificate_format", "pdf", "leaves_nothing_open"),
+    ("study_format", "html", "leaves_nothing_open"),
+}
+"""These make many runs or documents; tests of these plugins cover the same."""
 
 
 def case(kind, name, check):
@@ -59,6 +66,7 @@ def case(kind, name, check):
         (kind, name) in LIKE_ANOTHER
         or check.name in LONG
         or (name == SAME_RULE and check.name in SCANS)
+        or (kind, name, check.name) in REPEATED
     )
     marks = [pytest.mark.thorough] * is_long
     return pytest.param(kind, name, check, id=f"{kind}-{name}-{check}", marks=marks)

@@ -148,7 +148,7 @@ def test_names_units_and_covariance_are_consistent(name):
 
 
 SLOW = {"expression", "inertia_physical"}
-"""The kit repeats these with even uncertainty; here they are repeated with an uneven one."""
+"""The kit repeats these too, with even uncertainty."""
 
 
 @pytest.mark.parametrize(
@@ -158,7 +158,10 @@ SLOW = {"expression", "inertia_physical"}
             pytest.param(name, False, marks=[pytest.mark.thorough] * (name in SLOW))
             for name in FITS
         ),
-        *((name, True) for name in (*WEIGHABLE, "pchip")),
+        *(
+            pytest.param(name, True, marks=[pytest.mark.thorough] * (name in SLOW))
+            for name in (*WEIGHABLE, "pchip")
+        ),
     ],
 )
 def test_stated_uncertainty_equals_the_scatter_of_repeated_fits(name, uneven):

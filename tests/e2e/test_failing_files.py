@@ -176,6 +176,7 @@ def objections(end, events, tmp_path):
         yield f"stored as {stored.info.outcome}"
 
 
+@pytest.mark.thorough
 @pytest.mark.filterwarnings("ignore::pytest.PytestUnraisableExceptionWarning")
 def test_run_survives_the_failure_of_each_operation(tmp_path, failing, attempt):
     finished, _ = attempt(None)

@@ -112,6 +112,7 @@ named:
 """
 
 
+@pytest.mark.thorough
 def test_archive_finds_a_result_by_its_temperature(tested, tmp_path):
     database = ("--database", tmp_path / "archive.sqlite")
     assert call("archive", "index", tested[0].parent, *database).code == 0
@@ -167,6 +168,7 @@ def test_golden_runs_detect_another_statistic(tested, tmp_path):
     assert "Set-point" not in html, "there is none of a torque"
 
 
+@pytest.mark.thorough
 def test_reanalysis_has_a_line_for_each_result(tested, tmp_path):
     changed, out = tmp_path / "analysis.yaml", tmp_path / "again"
     changed.write_text(MAXIMUM, encoding="utf-8")

@@ -53,6 +53,7 @@ def test_resonance_is_that_of_two_masses_on_two_springs():
     assert hertz[above][spectrum[above].argmax()] == pytest.approx(natural_hz(rig), abs=1.5)
 
 
+@pytest.mark.thorough
 def test_work_of_drive_is_that_of_coulomb_friction():
     """Four amplitudes times the torque, less the elastic energy of the bristles."""
     rig = FREE._replace(support_coulomb_nm=0.7, support_static_nm=0.7, support_bristle=2000.0)
@@ -95,6 +96,7 @@ def test_ideal_chain_shows_torque_except_filter_delay():
     assert np.abs(torque - motion.gauge_nm[::10]).max() < 0.03
 
 
+@pytest.mark.thorough
 def test_hysteresis_has_stated_width():
     motion = integrate(Rig(), 1.0, 1.0)
     clean = Chain(noise_nm=0.0, bits=32, low_pass_hz=4000.0)

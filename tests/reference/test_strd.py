@@ -117,6 +117,7 @@ def test_nonlinear_sets(name, start):
     assert curve.dof == len(nist.points.y) - len(nist.estimates)
 
 
+@pytest.mark.thorough
 @pytest.mark.skipif(not LONGEST_DOUBLE, reason="extended precision is double precision here")
 def test_page_shows_computed_digits():
     stored, computed = (

@@ -46,6 +46,7 @@ NAMES_TORQUE = {
 """Modules of the core that name torque, each with its reason."""
 
 
+@pytest.mark.thorough
 def test_drawing_matches_the_code():
     drawn = (DOCS / "images/architecture.svg").read_text(encoding="utf-8")
     assert drawn == made["drawing"](), REGENERATE

@@ -36,14 +36,13 @@ class HeldRequests:
         self.page.evaluate("new Promise((done) => setTimeout(done, 200))")
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize(
     ("place", "label", "selector"),
     [
         ("#/", "Search procedures", ".card:first-child .item"),
-        pytest.param(
-            "#/procedures", "Search procedures", ".runs tbody tr", marks=pytest.mark.thorough
-        ),
-        pytest.param("#/history", "Search specimen", ".runs tbody tr", marks=pytest.mark.thorough),
+        ("#/procedures", "Search procedures", ".runs tbody tr"),
+        ("#/history", "Search specimen", ".runs tbody tr"),
     ],
 )
 def test_late_answer_does_not_replace_a_newer_one(screen, place, label, selector):

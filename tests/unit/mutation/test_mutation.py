@@ -126,6 +126,7 @@ def test_code_without_effect_is_not_mutated(project):
     assert mutants_of(project, source) == []
 
 
+@pytest.mark.thorough
 @pytest.mark.skipif(not hasattr(os, "fork"), reason="the tool forks")
 def test_every_user_of_a_shared_fixture_is_charged_its_time(project):
     """Any of them may run first with a mutant, and must not count as hanging."""

@@ -228,6 +228,7 @@ def texts_of(path: Path) -> Iterator[str]:
             yield from _texts(node)
 
 
+@pytest.mark.thorough
 def test_every_sentence_of_the_table_is_still_used():
     """Half of the longest run of words of each is enough: many sentences are assembled."""
     folders = ("runner", "plugins", "reports")

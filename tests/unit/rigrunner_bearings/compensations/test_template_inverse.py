@@ -395,6 +395,7 @@ def test_faults_that_break_other_methods_are_compensated(rig):
     assert np.abs(errors_nm(rig, outcome)).max() < 0.02
 
 
+@pytest.mark.thorough
 def test_slow_filter_in_register_is_inverted():
     rig = broken(sensors={"low_pass_hz": 200.0})
     low_pass = INSTRUMENT.low_pass.model_copy(update={"corner": 200.0})
@@ -403,6 +404,7 @@ def test_slow_filter_in_register_is_inverted():
     assert np.abs(errors_nm(rig, outcome)).max() < 0.02
 
 
+@pytest.mark.thorough
 def test_paired_frequencies_may_differ_slightly():
     sweep = sweep_of(RIG, (1.0, 5.0, 10.0, 20.0, 30.0, 35.0))
     other_sweep = sweep_of(RIG, (1.0, 5.0, 10.1, 20.2, 30.3, 35.4))

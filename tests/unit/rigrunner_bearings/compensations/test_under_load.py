@@ -102,6 +102,7 @@ def test_healthy_rig_passes_with_any_friction_law(rig):
     assert check_of(compensation, "torque that follows the angle").value < 4
 
 
+@pytest.mark.thorough
 def test_stated_effect_is_the_error_of_the_torque():
     rig = rigs()[0]
     sweep = changed_under_load(rig, low_pass_hz=400.0)
