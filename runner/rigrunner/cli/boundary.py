@@ -5,6 +5,7 @@ from __future__ import annotations
 import errno
 import sys
 import traceback
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 import click
@@ -72,10 +73,15 @@ def _invoke(command: click.Command, arguments: list[str]) -> int:
 def _check_printable(arguments: list[str]) -> None:
     """Raise UsageError for an argument with characters that cannot be displayed.
 
-    A file name that is not UTF-8 has one half of a surrogate pair.
+    Only the name of an existing file need not be UTF-8: it has one half of a surrogate pair.
     """
     for argument in arguments:
         readable = argument.encode("utf-8", "replace").decode()
+        if readable != argument and not Path(argument).exists():
+            raise UsageError(
+                f"the word '{readable[:40]}' is not UTF-8",
+                hint="set the terminal to UTF-8 and type it again",
+            )
         refused = refused_character(readable)
         if refused:
             raise UsageError(

@@ -157,3 +157,13 @@ def test_file_that_the_system_refuses_is_named_and_no_bug(capsys, number, code):
     assert run_command(raising(refused), []) == code
     assert f"error: runs/a: {os.strerror(number)}" in capsys.readouterr().err or code == 70
     assert run_command(raising(OSError(number, "of a socket")), []) == ExitCode.BUG
+
+
+def test_word_that_is_not_utf_8_is_refused_unless_a_file_has_that_name(tmp_path):
+    name = os.fsdecode(b"a\xff")
+    result = call("amend", "a.json", "--reason", name)
+    assert result.code == ExitCode.USAGE
+    assert "the word 'a?' is not UTF-8" in result.err
+    file = tmp_path / name
+    file.touch()
+    assert "UTF-8" not in call("verify", file).err
