@@ -299,6 +299,13 @@ class SignedAnswer(BaseModel):
     files: tuple[FileLink, ...]
 
 
+class WithdrawnAnswer(BaseModel):
+    """The notice for everyone who has the certificate."""
+
+    ok: bool = True
+    files: tuple[FileLink, ...]
+
+
 class VerificationAnswer(BaseModel):
     """What `rigrunner verify` finds."""
 

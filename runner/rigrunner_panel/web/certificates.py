@@ -1,4 +1,4 @@
-"""Certificates of a stored run: issued, amended, verified and signed."""
+"""Certificates of a stored run: issued, amended, withdrawn, verified and signed."""
 
 from __future__ import annotations
 
@@ -12,6 +12,7 @@ from rigrunner.certificate.order import Order
 from rigrunner.documents.certifying.amend import AmendRequest, amend
 from rigrunner.documents.certifying.certify import Request, certify
 from rigrunner.documents.certifying.sign import Signer, sign
+from rigrunner.documents.certifying.withdraw import withdraw
 from rigrunner.documents.verifying.certificate import Means, verify_certificate
 from rigrunner.documents.verifying.forms import paths_of, signature_file_of
 from rigrunner.documents.verifying.run import verify_run
@@ -23,6 +24,7 @@ from rigrunner_panel.web.answers import (
     IssuedAnswer,
     SignedAnswer,
     VerificationAnswer,
+    WithdrawnAnswer,
 )
 
 if TYPE_CHECKING:
@@ -34,7 +36,12 @@ if TYPE_CHECKING:
     from rigrunner.documents.verifying.verification import Verification
     from rigrunner_panel.web.operation import ApiRequest
     from rigrunner_panel.web.panel import Panel
-    from rigrunner_panel.web.requests import AskAmendment, AskCertificate, AskSignature
+    from rigrunner_panel.web.requests import (
+        AskAmendment,
+        AskCertificate,
+        AskSignature,
+        AskWithdrawal,
+    )
 
 LONGEST = 20_000_000
 """The most bytes of a file that is read as a certificate."""
@@ -79,6 +86,14 @@ def change(panel: Panel, request: ApiRequest) -> IssuedAnswer:
     )
     issued = amend(_file(panel, request), amendment, load_registry(), panel.now())
     return _issued_answer(panel, name, issued)
+
+
+def withdraw_certificate(panel: Panel, request: ApiRequest) -> WithdrawnAnswer:
+    """Withdraw a certificate; its files do not change."""
+    body: AskWithdrawal = request.body
+    letterhead, path = panel.settings.letterhead, _file(panel, request)
+    notice = withdraw(path, letterhead, by=body.by, reason=body.reason, now=panel.now())
+    return WithdrawnAnswer(files=panel.links(request.path["run"], [notice]))
 
 
 def verify(panel: Panel, request: ApiRequest) -> VerificationAnswer:

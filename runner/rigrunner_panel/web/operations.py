@@ -308,6 +308,10 @@ _CERTIFICATES = (
         certificates.change, requests.AskAmendment, answers.IssuedAnswer,
     ),
     _steer(
+        "runs/{run}/certificates/{number}/withdraw", "Withdraw a certificate without replacing it.",
+        certificates.withdraw_certificate, requests.AskWithdrawal, answers.WithdrawnAnswer,
+    ),
+    _steer(
         "runs/{run}/certificates/{number}/sign", "Sign a certificate.",
         certificates.sign_certificate, requests.AskSignature, answers.SignedAnswer,
     ),

@@ -256,6 +256,13 @@ class AskAmendment(Body):
     order: Order = {}
 
 
+class AskWithdrawal(Body):
+    """Who withdraws a certificate, and why."""
+
+    reason: Reason
+    by: Person
+
+
 class AskSignature(Body):
     """Who signs; the passphrase of the key, if it has one."""
 

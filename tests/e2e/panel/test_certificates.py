@@ -1,4 +1,4 @@
-"""Certificates in the panel: issued, refused twice, verified, amended and signed."""
+"""Certificates in the panel: issued, refused twice, verified, amended, signed and withdrawn."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ ORDER = {
 
 
 @pytest.mark.thorough
-def test_certificate_is_issued_verified_amended_and_signed(  # noqa: PLR0915  (a walk)
+def test_certificate_is_issued_verified_amended_signed_and_withdrawn(  # noqa: PLR0915  (a walk)
     new_screen, lab, tmp_path
 ):
     key = tmp_path / "key.pem"
@@ -80,10 +80,12 @@ def test_certificate_is_issued_verified_amended_and_signed(  # noqa: PLR0915  (a
         expect(page.locator(".card > .told")).to_contain_text("Match:")
         assert len(list((panel.runs / run).glob("*.sig.json"))) == 1
 
-        number = second.locator("strong").inner_text()
-        words = ("--by", "Z. Head", "--reason", "wrong item", "--letterhead", lab / "letterhead")
-        assert call("withdraw", panel.runs / run / f"{number}.json", *words).code == 0
-        page.reload()
+        second.get_by_role("button", name="Withdraw").click()
+        page.get_by_label("Reason", exact=True).fill("wrong item")
+        page.get_by_label("Who withdraws it").fill("Z. Head")
+        page.locator(".dialog").get_by_role("button", name="Withdraw").click()
+        expect(page.locator(".card > .told")).to_contain_text(".withdrawn.json")
+        expect(second.get_by_role("button", name="Withdraw")).to_have_count(0)
         expect(second).to_contain_text("withdrawn by Z. Head on 20")
         second.get_by_role("button", name="Verify").click()
         expect(second.locator(".told")).to_contain_text("WITHDRAWN")

@@ -161,6 +161,7 @@ BODIES = {
     "/api/v1/manual/set": {"drive": "tester.load", "value": "1 N"},
     "/api/v1/runs/{run}/certificate": {"authorised_by": "B"},
     "/api/v1/runs/{run}/certificates/{number}/amend": {"authorised_by": "B", "reason": "r"},
+    "/api/v1/runs/{run}/certificates/{number}/withdraw": {"by": "B", "reason": "r"},
     "/api/v1/runs/{run}/certificates/{number}/sign": {"by": "B"},
 }
 
@@ -609,11 +610,15 @@ class TestHistory:
         assert client.get(moved).status_code == 401
         assert client.get(urls["run.log"].split("?")[0]).status_code == 401
 
-    @pytest.mark.parametrize("what", ["verify", "amend", "sign"])
+    @pytest.mark.parametrize("what", ["verify", "amend", "withdraw", "sign"])
     @pytest.mark.parametrize("number", ["RR-2026-0001", "run", "%2e%2e"])
     def test_certificate_outside_the_run_is_not_touched(self, client, demo, what, number):
         client.post("/api/v1/control", json={"name": "Ann"})
-        bodies = {"sign": {"by": "Ann"}, "amend": {"reason": "r", "authorised_by": "B. Boss"}}
+        bodies = {
+            "sign": {"by": "Ann"},
+            "withdraw": {"by": "Ann", "reason": "r"},
+            "amend": {"reason": "r", "authorised_by": "B. Boss"},
+        }
         for run in (demo.loaded.name, "..", "no-such-run"):
             path = f"/api/v1/runs/{run}/certificates/{number}/{what}"
             assert client.post(path, json=bodies.get(what, {})).status_code in {404, 409, 422}, path

@@ -1,4 +1,4 @@
-// The certificates of a run: verified, amended and signed; and the run itself verified.
+// The certificates of a run: verified, amended, withdrawn and signed; and the run itself verified.
 
 import { get, personName, post } from "../client.js";
 import { button, fill, h } from "../dom.js";
@@ -45,6 +45,7 @@ export function certificateList(run) {
       h("div", { class: "row" },
         button(t("certificates.verify"), () => verify(`${address}/verify`, place)),
         item.replaced_by ? null : button(t("certificates.amend"), () => amend(item, address)),
+        item.replaced_by || item.withdrawn ? null : button(t("certificates.withdraw"), () => withdraw(item, address)),
         canSign && !item.signed && !item.withdrawn ? button(t("certificates.sign"), () => sign(item, address)) : null),
       place);
   }
@@ -92,6 +93,18 @@ export function certificateList(run) {
       title: t("certificates.amend_title", { number: item.number }), confirm: t("certificates.amend"), what: t("certificate.issuing"), path: `${address}/amend`,
       fields: { hint, reason, authorised_by: by, ...order }, required: [reason, by], by, words: issuedWords,
       body: () => ({ reason: reason.value(), authorised_by: by.value(), order: Object.fromEntries(Object.entries(order).map(([name, control]) => [name, control.value()]).filter(([, value]) => value)) }),
+    });
+  }
+
+  async function withdraw(item, address) {
+    const reason = textField("withdraw-reason", t("certificates.reason"), { required: true });
+    const by = textField("withdraw-by", t("certificates.who_withdraws"), { value: personName(), required: true });
+    const hint = { element: h("p", { class: "soft" }, t("certificates.withdraw_hint")) };
+    await change({
+      title: t("certificates.withdraw_title", { number: item.number }), confirm: t("certificates.withdraw"), what: t("certificates.withdraw"), path: `${address}/withdraw`,
+      fields: { hint, reason, by }, required: [reason, by], by,
+      words: (answer) => [h("p", {}, t("certificates.inform", { number: item.number })), fileList(answer.files)],
+      body: () => ({ reason: reason.value(), by: by.value() }),
     });
   }
 
