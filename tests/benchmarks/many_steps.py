@@ -25,6 +25,7 @@ from typing import TYPE_CHECKING
 
 from benchmarks.frame import Figure, Scale, Spread, Work, allocated_peak, at_most
 from benchmarks.helpers_setpoints import lab_of
+from rigrunner.cli.main import raise_gc_threshold
 from rigrunner.clock import WallClock
 from rigrunner.engine import UnattendedAnswers
 from rigrunner.registry import load_registry
@@ -139,6 +140,7 @@ def count_work(steps: int) -> tuple[int, int]:
 
 
 def main() -> None:
+    raise_gc_threshold()  # as the command does
     load_registry()
     with tempfile.TemporaryDirectory() as folder:
         before_kb, began_s = peak_kb(), time.process_time()
