@@ -9,9 +9,9 @@ and loses them when more than a second of them has not been fetched. Panel, run 
 separate processes, as always; a client follows the panel as a screen does. Behind is the time from
 when a block is available until it is fetched. The pause is the time from the last block of a
 recording to the next step. Memory is the resident memory of the process; its growth is that from
-the middle third of the second recording to its last. Live lag is the age of the newest cycle of a
-live point when the screen gets it, at least ten seconds after the start of a recording: the analyst
-first prepares the no-load run.
+the middle third of the second recording to its last. The live torque is that of the latest cycles;
+the analyst first prepares the no-load run. The age of a swing is that of its last sample when the
+panel draws it.
 
 Filters: one second of the four channels, from a 16-bit converter, as float64, written to HDF5.
 """

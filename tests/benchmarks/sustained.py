@@ -6,7 +6,7 @@ import json
 import os
 import shutil
 import time
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from itertools import pairwise
 from pathlib import Path
 from statistics import median
@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 CHANNELS = "[tester.angle, tester.torque, tester.velocity, tester.load]"
 NO_LOAD_HZ, LOADED_HZ = "[8 Hz, 10 Hz, 20 Hz, 30 Hz, 35 Hz]", "[10 Hz, 20 Hz]"
 HZ, NO_LOAD_S, LONG_S = (10.0, 20.0), 1.5, 10
-"""LONG_S: before that time the analyst prepares the no-load run."""
+"""LONG_S: a recording in which the analyst has prepared the no-load run."""
 SETTINGS = """plugin: fast_tester
     settings:
       seed: 1
@@ -42,13 +42,14 @@ MB, MS = 1e6, 1e3
 
 @dataclass
 class Observation:
-    """One observation of the run: time, memory and CPU time per process, and the live point."""
+    """One observation of the run: time, memory and CPU time per process, and the live value."""
 
     at_s: float
     recording: str
     memory_mb: dict[str, float]
     cpu_s: dict[str, float]
-    cycles: dict[str, int] = field(default_factory=dict)
+    value: float | None = None
+    """Of the recording in progress, from its latest cycles."""
 
 
 def figures(lab: Path, seconds: int) -> list[Figure]:
@@ -63,7 +64,8 @@ def figures(lab: Path, seconds: int) -> list[Figure]:
         finished = screen.until(lambda state: state["phase"] == "finished", PATIENCE_S)["finished"]
         screen.close()
     assert finished["outcome"] == "completed", finished
-    return figures_of(Path(finished["folder"]), looks, seconds)
+    curves = [header for header, _ in screen.frames if header["kind"] == "curve"]
+    return figures_of(Path(finished["folder"]), looks, curves, seconds)
 
 
 def make_lab(lab: Path, seconds: float) -> Path:
@@ -102,9 +104,8 @@ def watch(screen: Screen, panel: int) -> Iterator[Observation]:
             memory[name], cpu[name] = used(pid)
         results = (state["live"] or {}).get("results", ())
         recording = (state["progress"] or {}).get("recording", "")
-        counts = [result["readings"] for result in results if result["is_ongoing"]]
-        cycles = {recording: counts[-1]} if counts else {}
-        yield Observation(time.monotonic(), recording, memory, cpu, cycles)
+        values = [result["value"] for result in results if result["is_ongoing"]]
+        yield Observation(time.monotonic(), recording, memory, cpu, values[-1] if values else None)
         time.sleep(EVERY_S)
 
 
@@ -124,7 +125,9 @@ def used(pid: int) -> tuple[float, float]:
     return int(fields[21]) * page / MB, (int(fields[11]) + int(fields[12])) / ticks
 
 
-def figures_of(folder: Path, looks: list[Observation], seconds: float) -> list[Figure]:
+def figures_of(
+    folder: Path, looks: list[Observation], curves: list[dict], seconds: float
+) -> list[Figure]:
     recordings, events, raw = stored(folder)
     recording = [look for look in looks if look.recording]
     lost = sum(produced - kept for produced, kept, _ in recordings.values())
@@ -141,7 +144,8 @@ def figures_of(folder: Path, looks: list[Observation], seconds: float) -> list[F
         Figure("run.h5, against the samples", single(raw / size), "times smaller"),
     ]  # fmt: skip
     if seconds > LONG_S:
-        rows += [live(recording, name, hz) for name, hz in zip(recordings, HZ, strict=True)]
+        for name, hz in zip(recordings, HZ, strict=True):
+            rows += [live_value(recording, name, hz), live_swing(curves, name, hz)]
     return rows + [row for name in PARTS for row in of_process(name, recording)]
 
 
@@ -170,20 +174,27 @@ def pauses(events: list[dict]) -> list[float]:
     ]
 
 
-def live(looks: list[Observation], name: str, frequency_hz: float) -> Figure:
-    """Return the age of the newest analysed cycle at each update of the screen."""
+def live_value(looks: list[Observation], name: str, frequency_hz: float) -> Figure:
+    """Return the time from one value of the torque on the screen to the next."""
     looks = [look for look in looks if look.recording == name]
-    began_s, ended_s = looks[0].at_s, looks[-1].at_s
-    lags, cycles_seen = [], 0
+    changed_s, shown = [], None
     for look in looks:
-        if look.cycles.get(name, 0) > cycles_seen:
-            cycles_seen = look.cycles[name]
-            if look.at_s - began_s > LONG_S:
-                lags.append(look.at_s - began_s - cycles_seen / frequency_hz)
-    share = 100 * cycles_seen / ((ended_s - began_s) * frequency_hz)
-    note = f"{len(lags)} times; {share:.0f} % of the cycles analysed before the recording ended"
-    value = Spread.of(lags) if lags else None
-    return Figure(f"live lag at {frequency_hz:g} Hz", value, "s", note=note)
+        if look.value not in {None, shown}:
+            shown = look.value
+            changed_s.append(look.at_s)
+    every_s = [after - before for before, after in pairwise(changed_s)]
+    first = f"the first after {changed_s[0] - looks[0].at_s:.1f} s" if changed_s else "none"
+    value = Spread.of(every_s) if every_s else None
+    what = f"live torque at {frequency_hz:g} Hz, a new value every"
+    return Figure(what, value, "s", note=f"{len(changed_s)} values, {first}")
+
+
+def live_swing(curves: list[dict], name: str, frequency_hz: float) -> Figure:
+    """Return the age of a swing when it is drawn."""
+    late_s = [curve["late_s"] for curve in curves if curve["recording"] == name]
+    value = Spread.of(late_s) if late_s else None
+    what = f"live swing at {frequency_hz:g} Hz, its age"
+    return Figure(what, value, "s", note=f"{len(late_s)} swings")
 
 
 def of_process(name: str, looks: list[Observation]) -> list[Figure]:
